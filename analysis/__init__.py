@@ -1,0 +1,6 @@
+"""From a run's log to numbers: arrays, metrics, summaries."""
+
+from zenvoy.analysis.log import LogError, read_events, read_facts, read_fleet, read_frames
+from zenvoy.analysis.summary import summarize
+
+__all__ = ["LogError", "read_events", "read_facts", "read_fleet", "read_frames", "summarize"]

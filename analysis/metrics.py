@@ -1,0 +1,53 @@
+"""Figures of merit, as functions of arrays. Axis 0 is time, axis 1 the vehicle."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Fit(NamedTuple):
+    """How well values agree with the truth: RMSE in their unit, R² = 1 - SS_res / SS_tot."""
+
+    rmse: float
+    r2: float
+
+
+def gaps(position: Floats, ring_length_m: float | None) -> Floats:
+    """p_(i,i-1) (T, n), m; NaN for the first vehicle of the open road."""
+    gap = np.empty_like(position)
+    gap[:, 1:] = position[:, :-1] - position[:, 1:]
+    gap[:, 0] = (
+        np.nan if ring_length_m is None else position[:, -1] + ring_length_m - position[:, 0]
+    )
+    return gap
+
+
+def min_distance(gap: Floats) -> Floats:
+    """MinDistance (T,), m: mean of the three smallest gaps (paper Section IV)."""
+    gap = gap[:, ~np.isnan(gap).any(axis=0)]
+    k = min(3, gap.shape[1])
+    return np.asarray(np.partition(gap, k - 1, axis=1)[:, :k].mean(axis=1))
+
+
+def max_distance(gap: Floats) -> Floats:
+    """MaxDistance (T,), m: mean of the three largest gaps (paper Section IV)."""
+    return -min_distance(-gap)
+
+
+def fit(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
+    """Agreement over all times and vehicles at which there is a value; None where there is none."""
+    known = ~(np.isnan(values) | np.isnan(truth))
+    if not known.any():
+        return None
+    error, true = values[known] - truth[known], truth[known]
+    total = float(((true - true.mean()) ** 2).sum())
+    residual = float((error**2).sum())
+    return Fit(
+        rmse=float(np.sqrt(residual / error.size)),
+        r2=1.0 - residual / total if total > 0.0 else float("nan"),
+    )

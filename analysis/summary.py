@@ -1,0 +1,141 @@
+"""The summary of a run: what a user wants to know first, from the log alone."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log import (
+    Facts,
+    Table,
+    read_events,
+    read_facts,
+    read_fleet,
+    read_frames,
+)
+from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
+from zenvoy.bus import messages_pb2 as pb
+
+Floats = NDArray[np.float64]
+Summary = dict[str, Any]
+
+_SETTLED_S: Final = 5.0  # distances before the braking and at the end are means over this
+_DIP_S: Final = 30.0  # after the last braking, the dip is looked for this long
+
+
+def summarize(path: Path) -> Summary:
+    """Summary of the log at `path`, in units of the field names; raises LogError.
+
+    What does not apply to the run (no braking, no estimates, shorter than 100 s) is None.
+    """
+    facts = read_facts(path)
+    fleet = read_fleet(path)
+    summary = _result(facts)
+    if fleet["/fleet/truth"]:
+        summary |= _distances(facts, fleet["/fleet/truth"])
+        summary |= _agreement(facts, fleet)
+    events = read_events(path)
+    summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in events)
+    summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in events)
+    summary["frames"] = _frames(path)
+    return summary
+
+
+def _result(facts: Facts) -> Summary:
+    result = facts.result
+    return {
+        "scenario": facts.run["scenario"],
+        "seed": int(facts.run["seed"]),
+        "bus": facts.run["bus"],
+        "end": result.get("end"),
+        "fingerprint": result.get("fingerprint"),
+        "cycles": int(result.get("cycles", 0)),
+        "simulated_s": float(result.get("simulated_s", "nan")),
+        "wall_s": float(result.get("wall_s", "nan")),
+        "real_time_factor": float(result.get("real_time_factor", "nan")),
+    }
+
+
+def _distances(facts: Facts, truth: Table) -> Summary:
+    """Gaps and speeds at the instants the paper looks at."""
+    time_s: Floats = truth["time_ns"] * 1e-9
+    gap = gaps(truth["position"], facts.scenario.ring_length_m)
+    smallest, largest = min_distance(gap), max_distance(gap)
+    spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
+    brakes = facts.scenario.events
+    if brakes:
+        first_s = min(brake.at_s for brake in brakes)
+        last_s = max(brake.at_s + brake.duration_s for brake in brakes)
+        spans["before_braking"] = (first_s - _SETTLED_S, first_s)
+        spans["dip"] = (first_s, last_s + _DIP_S)
+    at_100_s = np.flatnonzero(time_s >= 100.0)
+    return {
+        "smallest_gap_m": float(np.nanmin(gap)),
+        "distance_m": {
+            name: _span(name, (time_s > low) & (time_s <= high), smallest, largest)
+            for name, (low, high) in sorted(spans.items())
+        },
+        "speed_spread_at_100_s_mps": (
+            float(truth["speed"][at_100_s[0]].std()) if at_100_s.size else None
+        ),
+    }
+
+
+def _span(
+    name: str, within: NDArray[np.bool_], smallest: Floats, largest: Floats
+) -> Summary | None:
+    """MinDistance and MaxDistance over a span: the extremes of a dip, the means otherwise."""
+    if not within.any():
+        return None
+    low, high = smallest[within], largest[within]
+    if name == "dip":
+        return {"min": float(low.min()), "max": float(high.max())}
+    return {"min": float(low.mean()), "max": float(high.mean())}
+
+
+def _agreement(facts: Facts, fleet: dict[str, Table]) -> Summary:
+    """Measured and estimated own speed and gap ahead against the truth."""
+    radar, estimate = fleet["/fleet/radar"], fleet["/fleet/estimate"]
+    if not radar or not estimate:
+        return {"speed": None, "gap": None}
+    cycles = min(len(radar["cycle"]), len(estimate["cycle"]))
+    speed = fleet["/fleet/truth"]["speed"][:cycles]
+    gap = gaps(fleet["/fleet/truth"]["position"][:cycles], facts.scenario.ring_length_m)
+    return {
+        "speed": {
+            "measured": _fit(fit(radar["speed"][:cycles], speed)),
+            "estimated": _fit(fit(estimate["speed"][:cycles], speed)),
+        },
+        "gap": {
+            "measured": _fit(fit(radar["gap"][:cycles], gap)),
+            "estimated": _fit(fit(estimate["ahead_gap"][:cycles], gap)),
+        },
+    }
+
+
+def _fit(value: Fit | None) -> Summary | None:
+    return None if value is None else {"rmse": value.rmse, "r2": value.r2}
+
+
+def _frames(path: Path) -> Summary:
+    """Frames by outcome; one frame counts once for each receiver in range."""
+    counts = np.zeros(max(pb.Outcome.values()) + 1, dtype=np.int64)
+    latencies = [np.zeros(0, dtype=np.int64)]
+    for table in read_frames(path):
+        counts += np.bincount(table["outcome"], minlength=len(counts))
+        latencies.append(table["latency_ns"][table["latency_ns"] >= 0])
+    latency_ms = np.concatenate(latencies) * 1e-6
+    lost, late = int(counts[pb.OUTCOME_LOST]), int(counts[pb.OUTCOME_LATE])
+    delivered = int(counts[pb.OUTCOME_DELIVERED]) + late
+    return {
+        "sent": delivered + lost,
+        "delivered": delivered,
+        "late": late,
+        "lost": lost,
+        "latency_mean_ms": float(latency_ms.mean()) if latency_ms.size else None,
+        "latency_p95_ms": float(np.percentile(latency_ms, 95)) if latency_ms.size else None,
+    }

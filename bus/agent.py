@@ -1,0 +1,75 @@
+"""What every participant is: a plain object that says what it waits for, and a pure step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, TypeVar
+
+from google.protobuf.message import Message
+
+from zenvoy.bus.topics import Topic
+
+M = TypeVar("M", bound=Message)
+
+
+class Envelope(NamedTuple):
+    """A message on its way: its stream, the vehicle whose stream it is (0: none), its bytes.
+
+    `time_ns` is the instant it is logged under, where it is logged.
+    """
+
+    topic: Topic[Any]
+    vehicle: int
+    payload: bytes
+    time_ns: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Barrier:
+    """What an agent needs before its next step, and the instant of that step (ns)."""
+
+    now_ns: int
+    cycle: int
+    needs: tuple[tuple[Topic[Any], Sequence[int]], ...] = ()
+
+
+class Inbox:
+    """The messages a barrier asked for: for each topic, in order of vehicle."""
+
+    __slots__ = ("_mail",)
+
+    def __init__(self, mail: dict[Topic[Any], list[Any]]) -> None:
+        self._mail = mail
+
+    def all(self, topic: Topic[M]) -> list[M]:
+        """Messages of `topic`, in order of vehicle."""
+        return self._mail[topic]
+
+    def one(self, topic: Topic[M]) -> M:
+        """The one message of `topic`."""
+        (message,) = self._mail[topic]
+        return message  # type: ignore[no-any-return]  # the mailbox decoded it by this topic
+
+
+class Agent(Protocol):
+    """A participant. It never reads a clock, a socket or a global random state."""
+
+    @property
+    def name(self) -> str:
+        """Name of its process: `world`, `channel`, `vehicle-07`."""
+
+    @property
+    def role(self) -> str:
+        """`world`, `channel` or `vehicle`: which topics it reads."""
+
+    @property
+    def vehicle(self) -> int:
+        """Number of the vehicle, 0 for the others."""
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """What it waits for; None when it is done."""
+
+    def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
+        """React to the messages of its barrier; returns what it sends, in order."""

@@ -1,0 +1,84 @@
+"""The in-process bus: the whole fleet in one process, in a fixed order, without Zenoh."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from zenvoy.bus.agent import Agent, Barrier, Envelope
+from zenvoy.bus.errors import StalledError
+from zenvoy.bus.mailbox import Mailbox
+from zenvoy.bus.topics import Topic
+
+Log = Callable[[Topic[Any], int, bytes], None]
+
+
+class _Seat:
+    """An agent, its mailbox and the barrier it stands before."""
+
+    __slots__ = ("agent", "barrier", "mailbox", "queued")
+
+    def __init__(self, agent: Agent) -> None:
+        self.agent = agent
+        self.mailbox = Mailbox()
+        self.barrier: Barrier | None = agent.barrier
+        self.queued = False
+
+
+class InProcessBus:
+    """Runs agents to their end; what they log goes to `log`, in the order they say it."""
+
+    def __init__(self, agents: Sequence[Agent], log: Log) -> None:
+        self._seats = [_Seat(agent) for agent in agents]
+        self._by_reader = {(seat.agent.role, seat.agent.vehicle): seat for seat in self._seats}
+        self._log = log
+        self._ready: deque[_Seat] = deque()
+
+    def run(self) -> None:
+        """Step agents until the world is done; raises StalledError if it waits for ever."""
+        for seat in self._seats:
+            self._queue_if_met(seat)
+        while self._ready:
+            seat = self._ready.popleft()
+            seat.queued = False
+            assert seat.barrier is not None
+            inbox = seat.mailbox.take(seat.barrier)
+            for envelope in seat.agent.step(seat.barrier.now_ns, inbox):
+                self._send(envelope)
+            seat.barrier = seat.agent.barrier
+            self._queue_if_met(seat)
+        self._check_done()
+
+    def _send(self, envelope: Envelope) -> None:
+        topic, vehicle, payload, time_ns = envelope
+        if topic.logged_as is not None:
+            self._log(topic, time_ns, payload)
+        if topic.reader is None:
+            return
+        reader = self._by_reader.get((topic.reader, vehicle if topic.reader == "vehicle" else 0))
+        if reader is not None:
+            reader.mailbox.put(topic, vehicle, payload)
+            self._queue_if_met(reader)
+
+    def _queue_if_met(self, seat: _Seat) -> None:
+        if not seat.queued and seat.barrier is not None and seat.mailbox.met(seat.barrier):
+            seat.queued = True
+            self._ready.append(seat)
+
+    def _check_done(self) -> None:
+        for seat in self._seats:
+            if seat.barrier is not None and self._by_reader["world", 0].barrier is not None:
+                missing = describe_missing(seat.mailbox, seat.barrier)
+                raise StalledError(f"{seat.agent.name} waits for {missing}")
+
+
+def describe_missing(mailbox: Mailbox, barrier: Barrier) -> str:
+    """What a barrier waits for, in words, five at most."""
+    missing = mailbox.missing(barrier)
+    shown = [
+        topic.name if vehicle == 0 else f"{topic.name} of vehicle {vehicle}"
+        for topic, vehicle in missing[:5]
+    ]
+    more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+    return f"{', '.join(shown)}{more} (cycle {barrier.cycle})"

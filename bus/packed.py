@@ -1,0 +1,102 @@
+"""Columns of numbers to and from protobuf's packed fixed-width fields, through numpy.
+
+A packed repeated field of fixed width is its numbers, little endian, one after the other: an
+array already. Filling a repeated field element by element costs 20 to 50 times as much.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from numpy.typing import NDArray
+
+_DTYPES: Final[dict[int, np.dtype[Any]]] = {
+    FieldDescriptor.TYPE_DOUBLE: np.dtype("<f8"),
+    FieldDescriptor.TYPE_FLOAT: np.dtype("<f4"),
+    FieldDescriptor.TYPE_FIXED32: np.dtype("<u4"),
+    FieldDescriptor.TYPE_FIXED64: np.dtype("<u8"),
+    FieldDescriptor.TYPE_SFIXED32: np.dtype("<i4"),
+    FieldDescriptor.TYPE_SFIXED64: np.dtype("<i8"),
+}
+_LENGTH_DELIMITED: Final = 2
+
+
+class PackedCodec:
+    """Encodes and decodes the fixed-width fields, single or repeated, of one message type.
+
+    Raises TypeError for a message type that has any other field.
+    """
+
+    def __init__(self, descriptor: Descriptor) -> None:
+        self._tags: dict[str, tuple[bytes, np.dtype[Any], bool]] = {}
+        self._fields: dict[int, tuple[str, np.dtype[Any], bool]] = {}
+        for field in descriptor.fields:
+            dtype = _DTYPES.get(field.type)
+            if dtype is None:
+                raise TypeError(f"{descriptor.name}.{field.name} is not of fixed width")
+            repeated = bool(field.is_repeated)
+            wire = _LENGTH_DELIMITED if repeated else (1 if dtype.itemsize == 8 else 5)
+            tag = _varint(field.number << 3 | wire)
+            self._tags[field.name] = (tag, dtype, repeated)
+            self._fields[field.number << 3 | wire] = (field.name, dtype, repeated)
+
+    def encode(self, **values: Any) -> bytes:
+        """Serialized message. Fields left out, and empty columns, are absent."""
+        parts: list[bytes] = []
+        for name, value in values.items():
+            tag, dtype, repeated = self._tags[name]
+            data = np.asarray(value, dtype=dtype).tobytes()
+            if not repeated:
+                parts += (tag, data)
+            elif data:
+                parts += (tag, _varint(len(data)), data)
+        return b"".join(parts)
+
+    def decode(self, payload: bytes) -> dict[str, NDArray[Any]]:
+        """Arrays by field name: 1-d for repeated fields, 0-d for single ones; absent ones too.
+
+        Raises ValueError where the payload has a field that the type does not, or is cut.
+        """
+        found: dict[str, NDArray[Any]] = {
+            name: np.zeros(0 if repeated else (), dtype)
+            for name, (_, dtype, repeated) in self._tags.items()
+        }
+        at = 0
+        while at < len(payload):
+            key, at = _read_varint(payload, at)
+            if key not in self._fields:
+                raise ValueError(f"unknown field {key >> 3} (wire type {key & 7})")
+            name, dtype, repeated = self._fields[key]
+            size = dtype.itemsize
+            if repeated:
+                size, at = _read_varint(payload, at)
+            if at + size > len(payload):
+                raise ValueError(f"field {name} is cut")
+            column = np.frombuffer(payload, dtype, size // dtype.itemsize, at)
+            found[name] = column if repeated else column.reshape(())
+            at += size
+        return found
+
+
+def _varint(value: int) -> bytes:
+    parts = bytearray()
+    while value > 0x7F:
+        parts.append(value & 0x7F | 0x80)
+        value >>= 7
+    parts.append(value)
+    return bytes(parts)
+
+
+def _read_varint(payload: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        if at >= len(payload):
+            raise ValueError("the payload ends in a number")
+        byte = payload[at]
+        value |= (byte & 0x7F) << shift
+        at += 1
+        if byte < 0x80:
+            return value, at
+        shift += 7

@@ -1,0 +1,92 @@
+"""Every message stream, declared once. Keys are built here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Generic, TypeVar
+
+from google.protobuf.message import DecodeError, Message
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.errors import PayloadError
+
+M_co = TypeVar("M_co", bound=Message, covariant=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Topic(Generic[M_co]):
+    """A stream: its key, its message, who writes and who reads it, its name in the log."""
+
+    name: str
+    message: type[M_co]
+    pattern: str | None = None  # None: does not leave the world process
+    writer: str = "world"
+    reader: str | None = None  # the role that reads it; None: anyone who likes
+    logged_as: str | None = None
+
+    def key(self, run: str, vehicle: int | str = "*") -> str:
+        """Zenoh key of this stream in `run`; `*` for all vehicles."""
+        if self.pattern is None:
+            raise ValueError(f"{self.name} has no key")
+        return f"zenvoy/{run}/{self.pattern.format(id=vehicle)}"
+
+    @property
+    def per_vehicle(self) -> bool:
+        """Whether each vehicle has a stream of its own."""
+        return self.pattern is not None and "{id}" in self.pattern
+
+    def decode(self, payload: bytes) -> M_co:
+        """Message in `payload`; raises PayloadError where there is none."""
+        try:
+            return self.message.FromString(payload)
+        except DecodeError as error:
+            raise PayloadError(f"{self.name}: not a {self.message.__name__}: {error}") from error
+
+
+SENSE: Final = Topic("sense", pb.Sense, "vehicle/{id}/sense", reader="vehicle")
+BEACON: Final = Topic(
+    "beacon", pb.Beacon, "vehicle/{id}/beacon", writer="vehicle", reader="channel"
+)
+RECEIVE: Final = Topic(
+    "receive", pb.Receive, "vehicle/{id}/receive", writer="channel", reader="vehicle"
+)
+COMMAND: Final = Topic(
+    "command", pb.Command, "vehicle/{id}/command", writer="vehicle", reader="world"
+)
+POSITIONS: Final = Topic("positions", pb.Positions, "channel/positions", reader="channel")
+LINKS: Final = Topic("links", pb.Links, "channel/links", writer="channel", reader="world")
+CLOCK: Final = Topic("clock", pb.Clock, "clock", logged_as="/clock")
+
+TRUTH: Final = Topic("truth", pb.FleetTruth, logged_as="/fleet/truth")
+RADAR: Final = Topic("radar", pb.FleetRadar, logged_as="/fleet/radar")
+ESTIMATE: Final = Topic("estimate", pb.FleetEstimate, logged_as="/fleet/estimate")
+FLEET_COMMAND: Final = Topic("fleet command", pb.FleetCommand, logged_as="/fleet/command")
+FRAMES: Final = Topic("frames", pb.Frames, logged_as="/v2v/frames")
+EVENTS: Final = Topic("events", pb.Event, logged_as="/events")
+
+TOPICS: Final = (
+    SENSE,
+    BEACON,
+    RECEIVE,
+    COMMAND,
+    POSITIONS,
+    LINKS,
+    CLOCK,
+    TRUTH,
+    RADAR,
+    ESTIMATE,
+    FLEET_COMMAND,
+    FRAMES,
+    EVENTS,
+)
+LOGGED: Final = tuple(topic for topic in TOPICS if topic.logged_as is not None)
+
+
+def alive_key(run: str, process: str = "*") -> str:
+    """Key of a process's liveliness token."""
+    return f"zenvoy/{run}/alive/{process}"
+
+
+def scenario_key(run: str) -> str:
+    """Key of the queryable that answers with the effective scenario, as JSON."""
+    return f"zenvoy/{run}/scenario"

@@ -1,0 +1,87 @@
+"""Turns a request to end, and a lack of progress, into exceptions at blocking waits only.
+
+A blocking receive can be left only by an exception from a signal handler, and such an exception
+must not hit the middle of anything else (a half-written record): so handlers raise while the
+process waits, and are remembered otherwise.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from types import FrameType, TracebackType
+from typing import Self, TypeVar
+
+from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.errors import StalledError, StoppedError
+
+T = TypeVar("T")
+
+_CHECKS_PER_LIMIT = 20
+_GRACE_S = 5.0  # from the request to end until the system ends the process
+
+
+class Watch:
+    """Watches one process's main thread; SIGTERM is the request to end.
+
+    `stall_limit_s` None: wait for ever. `blame` says in words what is missing, or returns None
+    where somebody else will be blamed.
+    """
+
+    def __init__(self, stall_limit_s: float | None, blame: Callable[[], str | None]) -> None:
+        self._limit_s = stall_limit_s
+        self._blame = blame
+        self._waiting = False
+        self._stopped = False
+        self._progress = 0
+        self._seen = (0, wall_ns())
+
+    def __enter__(self) -> Self:
+        signal.signal(signal.SIGTERM, self._on_stop)
+        if self._limit_s is not None:
+            signal.signal(signal.SIGALRM, self._on_alarm)
+            every_s = self._limit_s / _CHECKS_PER_LIMIT
+            signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if not self._stopped:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the end is on its way already
+
+    def wait(self, receive: Callable[[], T]) -> T:
+        """Result of a blocking call; raises StoppedError or StalledError out of it."""
+        self._waiting = True
+        try:
+            if self._stopped:
+                raise StoppedError("asked to end")
+            return receive()
+        finally:
+            self._waiting = False
+
+    def progressed(self) -> None:
+        """Say that a barrier was met."""
+        self._progress += 1
+
+    def _on_stop(self, _signal: int, _frame: FrameType | None) -> None:
+        self._stopped = True
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm is final
+        signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
+        if self._waiting:
+            raise StoppedError("asked to end")
+
+    def _on_alarm(self, _signal: int, _frame: FrameType | None) -> None:
+        assert self._limit_s is not None
+        progress, since_ns = self._seen
+        now_ns = wall_ns()
+        if progress != self._progress:
+            self._seen = (self._progress, now_ns)
+        elif self._waiting and now_ns - since_ns > self._limit_s * 1e9:
+            missing = self._blame()
+            if missing is not None:
+                raise StalledError(f"no progress for {self._limit_s:g} s, waiting for {missing}")

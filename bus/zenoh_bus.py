@@ -1,0 +1,254 @@
+"""The Zenoh bus: one agent in one process, driven by what comes over Zenoh."""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Final, Self
+
+import zenoh
+
+from zenvoy.bus.agent import Agent, Barrier, Envelope
+from zenvoy.bus.in_process import Log, describe_missing
+from zenvoy.bus.mailbox import Mailbox
+from zenvoy.bus.session import MAX_PAYLOAD_BYTES, open_session
+from zenvoy.bus.topics import TOPICS, Topic, alive_key
+from zenvoy.bus.watch import Watch
+
+_PART: Final = struct.Struct("<II")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wiring:
+    """Where a process listens and whom it connects to, in which run, with which fleet."""
+
+    run: str
+    vehicles: Sequence[int]
+    listen: tuple[str, ...] = ()
+    connect: tuple[str, ...] = ()
+    waits_for: tuple[str, ...] = ()  # processes that must be ready before this one says it is
+    stall_limit_s: float | None = None
+
+
+class ZenohBus:
+    """Subscriptions, publications and readiness of one agent.
+
+    Use as a context: entering returns when every reader of what this agent writes is there, and
+    every process it waits for has shown its token; then it shows its own.
+    """
+
+    def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
+        self._agent = agent
+        self._wiring = wiring
+        self._log = log
+        self._mailbox = Mailbox()
+        self._known = frozenset(wiring.vehicles)
+        self._fifos: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
+        self._publishers: dict[tuple[Topic[Any], int], zenoh.Publisher] = {}
+        self._vehicle_of_key: dict[str, int] = {}
+        self._parts: dict[tuple[Topic[Any], int], list[bytes]] = {}
+        self._awaited = ""
+        self._barrier: Barrier | None = None
+        self._watch = Watch(wiring.stall_limit_s, self._blame)
+        self._alive: zenoh.Subscriber[Any] | None = None
+
+    @property
+    def rejected(self) -> Counter[str]:
+        """Messages that came and were refused, by reason."""
+        return self._mailbox.rejected
+
+    @property
+    def session(self) -> zenoh.Session:
+        """The open session, for what is not part of the control cycle."""
+        return self._session
+
+    def __enter__(self) -> Self:
+        self._watch.__enter__()
+        self._session = open_session(self._wiring.listen, self._wiring.connect)
+        try:
+            self._subscribe()
+            self._publish()
+            self._wait_for_readers()
+            self._wait_for_tokens()
+            token = self._session.liveliness().declare_token(
+                alive_key(self._wiring.run, self._agent.name)
+            )
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        self._token = token
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._watch.__exit__(kind, error, trace)
+        self._session.close()  # type: ignore[no-untyped-call]  # the stub gives no type
+
+    def run(self) -> None:
+        """Step the agent until it is done; raises StoppedError or StalledError."""
+        agent, mailbox = self._agent, self._mailbox
+        while (barrier := agent.barrier) is not None:
+            self._barrier = barrier
+            self._collect(barrier)
+            self._watch.progressed()
+            for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
+                self.send(envelope)
+
+    def send(self, envelope: Envelope) -> None:
+        """Log a message, publish it, or both, as its topic says."""
+        topic, vehicle, payload, time_ns = envelope
+        if topic.logged_as is not None and self._log is not None:
+            self._log(topic, time_ns, payload)
+        if topic.pattern is not None:
+            self.publish(topic, payload, vehicle)
+
+    def publish(self, topic: Topic[Any], payload: bytes, vehicle: int = 0) -> None:
+        """Put a payload on the topic's key, in parts where it is too large for one message."""
+        publisher = self._publishers[topic, vehicle]
+        if len(payload) <= MAX_PAYLOAD_BYTES:
+            publisher.put(payload)
+            return
+        parts = -(-len(payload) // MAX_PAYLOAD_BYTES)
+        for part in range(parts):
+            piece = payload[part * MAX_PAYLOAD_BYTES : (part + 1) * MAX_PAYLOAD_BYTES]
+            publisher.put(piece, attachment=_PART.pack(part, parts))
+
+    def lost_processes(self) -> list[str]:
+        """Processes whose tokens have gone since the last call."""
+        lost = []
+        while self._alive is not None and (sample := self._alive.try_recv()) is not None:
+            if sample.kind == zenoh.SampleKind.DELETE:
+                lost.append(str(sample.key_expr).rpartition("/")[2])
+        return lost
+
+    def _collect(self, barrier: Barrier) -> None:
+        has, wait = self._mailbox.has, self._watch.wait
+        for topic, ids in barrier.needs:
+            receive = self._fifos[topic].recv
+            while not has(topic, barrier.cycle, len(ids)):
+                self._take_in(topic, wait(receive))
+
+    def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
+        vehicle = self._vehicle_of(topic, str(sample.key_expr))
+        if vehicle is None:
+            self._mailbox.rejected["foreign"] += 1
+            return
+        payload = sample.payload.to_bytes()
+        attachment = sample.attachment
+        if attachment is not None:
+            whole = self._join(topic, vehicle, payload, attachment.to_bytes())
+            if whole is None:
+                return
+            payload = whole
+        self._mailbox.put(topic, vehicle, payload)
+
+    def _join(
+        self, topic: Topic[Any], vehicle: int, piece: bytes, attachment: bytes
+    ) -> bytes | None:
+        """Whole payload when its last part is in. Parts of one writer come in order."""
+        if len(attachment) != _PART.size:
+            self._mailbox.rejected["malformed"] += 1
+            return None
+        part, parts = _PART.unpack(attachment)
+        pieces = self._parts.setdefault((topic, vehicle), [])
+        if part == 0:
+            pieces.clear()
+        if part != len(pieces):
+            self._mailbox.rejected["malformed"] += 1
+            return None
+        pieces.append(piece)
+        return b"".join(pieces) if len(pieces) == parts else None
+
+    def _vehicle_of(self, topic: Topic[Any], key: str) -> int | None:
+        if not topic.per_vehicle:
+            return 0
+        vehicle = self._vehicle_of_key.get(key)
+        if vehicle is None:
+            text = key.split("/")[3]
+            vehicle = int(text) if text.isdecimal() else 0
+            if vehicle not in self._known:
+                return None
+            self._vehicle_of_key[key] = vehicle
+        return vehicle
+
+    def _subscribe(self) -> None:
+        agent, run = self._agent, self._wiring.run
+        capacity = 8 * len(self._wiring.vehicles) + 64
+        for topic in TOPICS:
+            if topic.reader == agent.role and topic.pattern is not None:
+                key = topic.key(run, agent.vehicle if agent.vehicle else "*")
+                fifo: zenoh.handlers.FifoChannel[zenoh.Sample] = zenoh.handlers.FifoChannel(
+                    capacity
+                )
+                self._fifos[topic] = self._session.declare_subscriber(key, fifo)
+
+    def _publish(self) -> None:
+        agent, wiring = self._agent, self._wiring
+        for topic in TOPICS:
+            if topic.writer != agent.role or topic.pattern is None:
+                continue
+            if agent.vehicle:
+                vehicles: Sequence[int] = (agent.vehicle,)
+            else:
+                vehicles = wiring.vehicles if topic.per_vehicle else (0,)
+            for vehicle in vehicles:
+                self._publishers[topic, vehicle] = self._session.declare_publisher(
+                    topic.key(wiring.run, vehicle),
+                    congestion_control=zenoh.CongestionControl.BLOCK,
+                )
+
+    def _wait_for_readers(self) -> None:
+        """What is put before a subscriber matches is gone, so wait until each one does."""
+        for (topic, vehicle), publisher in self._publishers.items():
+            if topic.reader is None:
+                continue
+            self._awaited = f"a reader of {topic.key(self._wiring.run, vehicle)}"
+            changes = publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16))
+            # The stub types the status as a bool; it is an object with a field, always true.
+            while not publisher.matching_status.matching:  # type: ignore[attr-defined]
+                self._watch.wait(changes.recv)
+            changes.undeclare()  # type: ignore[no-untyped-call]  # as above
+
+    def _wait_for_tokens(self) -> None:
+        absent = set(self._wiring.waits_for)
+        if not absent:
+            return
+        self._alive = self._session.liveliness().declare_subscriber(
+            alive_key(self._wiring.run),
+            zenoh.handlers.FifoChannel(4 * len(absent) + 64),
+            history=True,
+        )
+        while absent:
+            self._awaited = f"the start of {', '.join(sorted(absent)[:5])}"
+            sample = self._watch.wait(self._alive.recv)
+            if sample.kind == zenoh.SampleKind.PUT:
+                absent.discard(str(sample.key_expr).rpartition("/")[2])
+
+    def _blame(self) -> str | None:
+        """What is missing, or None where the world keeps this process waiting itself."""
+        if self._barrier is None:
+            return self._awaited
+        missing = self._mailbox.missing(self._barrier)
+        if any(topic.writer == "world" for topic, _ in missing):
+            return None
+        return describe_missing(self._mailbox, self._barrier)
+
+
+Answer = Callable[[], bytes]
+
+
+def answer(session: zenoh.Session, key: str, payload: Answer) -> zenoh.Queryable[None]:
+    """Queryable that answers each query on `key` with `payload()`, from a thread of its own."""
+
+    def reply(query: zenoh.Query) -> None:
+        with query:
+            query.reply(key, payload())
+
+    return session.declare_queryable(key, reply)

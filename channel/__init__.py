@@ -1,0 +1,1 @@
+"""What is between vehicles: technologies, range, loss, latency, delivery, and its process."""

@@ -1,0 +1,83 @@
+"""What becomes of the frames of a cycle: range, loss, latency, outcome. Pure functions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.pairs import Pairs
+from zenvoy.channel.technologies import Technology
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Medium:
+    """A technology with its settings: loss probability, frame time and delay bounds in ns."""
+
+    technology: Technology
+    seed: int
+    loss: float
+    frame_bytes: int
+    bit_rate_mbps: float | None
+
+    @property
+    def frame_time_ns(self) -> int:
+        """Time on the air: frame bits over bit rate."""
+        rate_mbps = self.bit_rate_mbps or self.technology.default_mbps
+        return round(8_000 * self.frame_bytes / rate_mbps)
+
+
+class Fate(NamedTuple):
+    """A row per frame and receiver, parallel to the pairs. Times in ns; -1: never arrives."""
+
+    latency_ns: Ints
+    arrived_ns: Ints
+    outcome: NDArray[np.uint32]
+
+
+def fates(
+    pairs: Pairs, sequence: NDArray[np.int64], sent_ns: int, deadline_ns: int, medium: Medium
+) -> Fate:
+    """Outcome of one frame per source, sent at `sent_ns`; `sequence` (n,) by source.
+
+    A frame that arrives by `deadline_ns` comes with the first delivery after it was sent. Draws
+    are keyed by seed, source, destination and sequence number.
+    """
+    lost, share = uniforms(
+        medium.seed,
+        Purpose.LOSS_AND_LATENCY,
+        pairs.source + 1,
+        pairs.destination + 1,
+        sequence[pairs.source],
+    )
+    low_ms, high_ms = medium.technology.delay_ms
+    delay_ns = round(low_ms * 1e6) + np.floor(share * ((high_ms - low_ms) * 1e6)).astype(np.int64)
+    latency_ns = delay_ns + medium.frame_time_ns * _turn(pairs, medium.technology.broadcast)
+    arrived_ns = sent_ns + latency_ns
+    outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
+    outcome[lost < medium.loss] = pb.OUTCOME_LOST
+    outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
+    gone = (outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_OUT_OF_RANGE)
+    latency_ns[gone] = arrived_ns[gone] = -1
+    return Fate(latency_ns, arrived_ns, outcome.astype(np.uint32))
+
+
+def _turn(pairs: Pairs, broadcast: bool) -> Ints:
+    """Which copy of its sender's a frame is, from 1; with broadcast there is only one.
+
+    Copies go out to the nearest receiver first.
+    """
+    turn = np.ones(len(pairs.source), dtype=np.int64)
+    if broadcast:
+        return turn
+    order = np.lexsort((pairs.destination, pairs.distance, ~pairs.in_range, pairs.source))
+    sources = pairs.source[order]
+    first = np.searchsorted(sources, sources, side="left")
+    turn[order] = np.arange(len(order)) - first + 1
+    return turn

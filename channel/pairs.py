@@ -1,0 +1,69 @@
+"""Who is in range of whom."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+class Pairs(NamedTuple):
+    """Rows by source, then destination, as indices from 0; distance (m) along the road."""
+
+    source: Ints
+    destination: Ints
+    distance: Floats
+    in_range: NDArray[np.bool_]
+
+
+def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pairs:
+    """Every ordered pair within `range_m`, and each vehicle's neighbours in the row even if not.
+
+    `position` (n,): m along the road, not wrapped. The cost grows with the vehicles in range: a
+    neighbour out of range is worth a row, for it explains what a controller misses; a vehicle far
+    away is not.
+    """
+    n = len(position)
+    if ring_length_m is not None and 2 * range_m >= ring_length_m:
+        source, destination = (index.ravel() for index in np.indices((n, n), dtype=np.int64))
+        keep = source != destination
+        source, destination = source[keep], destination[keep]
+    else:
+        source, destination = _near(position, range_m, ring_length_m)
+    distance = _distance(position[source] - position[destination], ring_length_m)
+    return Pairs(source, destination, distance, distance <= range_m)
+
+
+def _distance(offset: Floats, ring_length_m: float | None) -> Floats:
+    if ring_length_m is None:
+        return np.abs(offset)
+    around = np.mod(offset, ring_length_m)
+    return np.minimum(around, ring_length_m - around)
+
+
+def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tuple[Ints, Ints]:
+    """Pairs within range by a sorted search, and the neighbours in the row."""
+    n = len(position)
+    place = position if ring_length_m is None else np.mod(position, ring_length_m)
+    order = np.argsort(place, kind="stable").astype(np.int64)
+    line, who = place[order], order
+    if ring_length_m is not None:
+        line = np.concatenate([line - ring_length_m, line, line + ring_length_m])
+        who = np.tile(who, 3)
+    # A hair wider than the range, so that rounding in the search loses nobody; `pairs` decides.
+    reach = range_m + 1e-6
+    low = np.searchsorted(line, place - reach, side="left")
+    count = np.searchsorted(line, place + reach, side="right") - low
+    source = np.repeat(np.arange(n, dtype=np.int64), count)
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    destination = who[np.repeat(low, count) + within]
+    i = np.arange(n, dtype=np.int64)
+    beside = (i + 1) % n if ring_length_m is not None else np.minimum(i + 1, n - 1)
+    code = np.concatenate([source * n + destination, i * n + beside, beside * n + i])
+    source, destination = np.divmod(np.unique(code), n)
+    keep = source != destination
+    return source[keep], destination[keep]

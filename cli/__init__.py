@@ -1,0 +1,1 @@
+"""The command line: runs fleets, watches them, tells what came of it."""

@@ -1,0 +1,57 @@
+"""`zenvoy run` from a loaded scenario to an exit code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from zenvoy.analysis.log import LogError, as_json
+from zenvoy.analysis.summary import summarize
+from zenvoy.cli.progress import RunProgress
+from zenvoy.cli.report import print_summary
+from zenvoy.cli.run import FolderError, make_folder, run_in_process, run_on_zenoh
+from zenvoy.cli.supervisor import Death
+from zenvoy.scenarios import Loaded, effective_json
+
+_OK, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 2, 3, 130
+
+
+def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors: Console) -> int:
+    """Run, summarize, and say where everything is; the exit code of the command."""
+    try:
+        folder = make_folder(out, loaded.name)
+    except FolderError as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    (folder / "effective.json").write_text(effective_json(loaded.scenario))
+    death: Death | None = None
+    code = _OK
+    try:
+        with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
+            if bus == "zenoh":
+                death = run_on_zenoh(loaded, folder, progress)
+            else:
+                run_in_process(loaded, folder, progress)
+    except KeyboardInterrupt:
+        errors.print("interrupted; the log up to here is kept")
+        code = _INTERRUPTED
+    if death is not None:
+        errors.print(f"{death.name} died: {death.status}")
+        for line in death.tail:
+            errors.print(f"  {line}")
+        code = _PROCESS_LOST
+    _summarize(folder, console, errors)
+    console.print(f"in {folder}", highlight=False, soft_wrap=True)
+    return code
+
+
+def _summarize(folder: Path, console: Console, errors: Console) -> None:
+    try:
+        summary = summarize(folder / "run.mcap")
+    except LogError as error:
+        errors.print(f"no summary: {error}")
+        return
+    (folder / "summary.json").write_text(as_json(summary))
+    if summary["cycles"]:
+        print_summary(console, summary)

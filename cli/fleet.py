@@ -1,0 +1,85 @@
+"""The process table of a run: world, channel, and a row per vehicle."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.zenoh_bus import Wiring
+from zenvoy.channel.process import run_channel
+from zenvoy.cli.spawn import Program
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.agent import vehicle_name
+from zenvoy.vehicles.process import run_vehicle
+from zenvoy.world.process import run_world
+from zenvoy.world.recorder import Labels
+
+# A stall shows everywhere at once. Who waits for a vehicle's beacon knows more than who waits for
+# all the commands, so the channel is given the chance to speak first.
+_WORLD_PATIENCE: Final = 1.25
+
+
+def process_table(
+    scenario: Scenario,
+    labels: Labels,
+    log: Path,
+    sockets: Path,
+    on_clock: Callable[[pb.Clock], None],
+) -> list[Program]:
+    """Programs of a run, in the order in which they start."""
+    size = scenario.fleet.size
+    vehicles = range(1, size + 1)
+    names = tuple(vehicle_name(vehicle, size) for vehicle in vehicles)
+    world, channel = (f"unixsock-stream/{sockets / name}" for name in ("world", "channel"))
+    world_wiring = Wiring(
+        run=labels.run,
+        vehicles=vehicles,
+        listen=(world,),
+        waits_for=("channel", *names),
+        stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE,
+    )
+    channel_wiring = Wiring(
+        run=labels.run,
+        vehicles=vehicles,
+        listen=(channel,),
+        connect=(world,),
+        waits_for=names,
+        stall_limit_s=scenario.stall_limit_s,
+    )
+    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=(world, channel))
+    return [
+        Program(
+            name="world",
+            main=partial(run_world, scenario, labels, log, world_wiring, on_clock),
+            on_orphaned=signal.SIGTERM,  # it ends the log first
+        ),
+        Program(name="channel", main=partial(run_channel, scenario, channel_wiring)),
+        *(
+            Program(name=name, main=partial(run_vehicle, scenario, vehicle, wiring))
+            for vehicle, name in zip(vehicles, names, strict=True)
+        ),
+    ]
+
+
+def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clock], None]:
+    """Sends clock messages down a pipe, one per `wall_step_ns` at most and without blocking."""
+    os.set_blocking(write_fd, False)
+    last_ns = -wall_step_ns
+
+    def send(clock: pb.Clock) -> None:
+        nonlocal last_ns
+        if clock.wall_ns - last_ns < wall_step_ns:
+            return
+        last_ns = clock.wall_ns
+        payload = clock.SerializeToString()
+        try:
+            os.write(write_fd, len(payload).to_bytes(4, "little") + payload)
+        except (BlockingIOError, BrokenPipeError):
+            return  # nobody looks; the log has it all the same
+
+    return send

@@ -1,0 +1,119 @@
+"""Prints what commands have to say, as rich tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from zenvoy.analysis.log import Facts
+from zenvoy.channel.technologies import TECHNOLOGIES, Technology
+
+
+def print_summary(console: Console, summary: dict[str, Any]) -> None:
+    """The summary of a run, a line per figure."""
+    table = Table(title=f"{summary['scenario']}, seed {summary['seed']}", show_header=False)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for name, value in _lines(summary):
+        table.add_row(name, value)
+    console.print(table)
+
+
+def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    lines = [
+        ("end", str(summary["end"])),
+        ("fingerprint", str(summary["fingerprint"])),
+        (
+            "cycles",
+            f"{summary['cycles']}: {summary['simulated_s']:g} s simulated in "
+            f"{summary['wall_s']:.1f} s, {summary['real_time_factor']:.1f} × real time",
+        ),
+    ]
+    if "distance_m" in summary:
+        lines += _distance_lines(summary)
+    lines += [
+        ("collisions", str(summary["collisions"])),
+        ("fallbacks to FM", str(summary["fallbacks"])),
+        ("frames", _frames(summary["frames"])),
+    ]
+    return lines
+
+
+def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    lines = [("smallest gap", f"{summary['smallest_gap_m']:.2f} m")]
+    for span in ("before_braking", "dip", "end"):
+        distance = summary["distance_m"].get(span)
+        if distance is not None:
+            text = f"{distance['min']:.2f} / {distance['max']:.2f} m"
+            lines.append((f"MinDistance / MaxDistance, {span.replace('_', ' ')}", text))
+    spread = summary["speed_spread_at_100_s_mps"]
+    if spread is not None:
+        lines.append(("spread of speed at 100 s", f"{spread:.3f} m/s"))
+    for quantity, unit in (("speed", "m/s"), ("gap", "m")):
+        for kind, value in (summary[quantity] or {}).items():
+            if value is not None:
+                text = f"RMSE {value['rmse']:.3f} {unit}, R² {value['r2']:.3f}"
+                lines.append((f"{kind} {quantity}", text))
+    return lines
+
+
+def _frames(frames: dict[str, Any]) -> str:
+    text = f"{frames['sent']} sent, {frames['delivered']} delivered"
+    text += f" ({frames['late']} late), {frames['lost']} lost"
+    if frames["latency_mean_ms"] is not None:
+        text += f"; latency {frames['latency_mean_ms']:.2f} ms mean, "
+        text += f"{frames['latency_p95_ms']:.2f} ms 95th percentile"
+    return text
+
+
+def print_technologies(console: Console) -> None:
+    """Table I of the paper."""
+    table = Table(title="V2X technologies (paper, Table I)")
+    table.add_column("")
+    for technology in TECHNOLOGIES.values():
+        table.add_column(f"{technology.title}\n({technology.name})")
+    for label, values in _technology_rows(list(TECHNOLOGIES.values())):
+        table.add_row(label, *values)
+    console.print(table)
+
+
+def _technology_rows(columns: list[Technology]) -> list[tuple[str, list[str]]]:
+    return [
+        ("band", [f"{c.band_ghz[0]:g} to {c.band_ghz[1]:g} GHz" for c in columns]),
+        ("bandwidth", [c.bandwidth for c in columns]),
+        ("range", [_metres(c.range_m) for c in columns]),
+        ("bit rate", [c.bit_rate for c in columns]),
+        ("bit rate used here", [f"{c.default_mbps:g} Mbit/s" for c in columns]),
+        ("delay", [_span(c.delay_ms) for c in columns]),
+        ("broadcast", ["yes" if c.broadcast else "no" for c in columns]),
+        ("V2V", ["yes" if c.v2v else "no" for c in columns]),
+        ("MIMO", ["yes" if c.mimo else "no" for c in columns]),
+    ]
+
+
+def _metres(value: float) -> str:
+    return f"{value / 1000:g} km" if value >= 1000 else f"{value:g} m"
+
+
+def _span(bounds: tuple[float, float]) -> str:
+    low, high = bounds
+    return f"{low:g} ms" if low == high else f"{low:g} to {high:g} ms"
+
+
+def print_facts(console: Console, facts: Facts) -> None:
+    """Metadata of a log, its result, and its topics."""
+    for title, records in (("run", facts.run), ("result", facts.result)):
+        table = Table(title=title, show_header=False)
+        table.add_column(no_wrap=True)
+        table.add_column(overflow="fold")
+        for name, value in records.items():
+            table.add_row(name, value)
+        console.print(table)
+    table = Table(title="topics")
+    table.add_column("topic")
+    table.add_column("messages", justify="right")
+    for topic, count in facts.counts.items():
+        table.add_row(topic, str(count))
+    console.print(table)

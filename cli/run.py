@@ -1,0 +1,104 @@
+"""Runs a scenario on one of the buses, in a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from zenvoy.bus.agent import Agent
+from zenvoy.bus.clock import stamp, wall_ns
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.cli.fleet import clock_to, process_table
+from zenvoy.cli.progress import RunProgress
+from zenvoy.cli.supervisor import Death, Supervisor
+from zenvoy.scenarios import Loaded, effective_json
+from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.world.agent import WorldAgent
+from zenvoy.world.recorder import Labels, Recorder
+
+
+class FolderError(Exception):
+    """The folder for a run cannot be made, or holds one already."""
+
+
+def make_folder(out: Path | None, name: str) -> Path:
+    """Folder for a run, new or empty; raises FolderError."""
+    base = Path("runs") / f"{stamp()}-{name.replace('/', '-')}"
+    folder = base if out is None else out
+    number = 1
+    while out is None and folder.exists():
+        number += 1
+        folder = base.with_name(f"{base.name}-{number}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise FolderError(f"--out {folder}: is not empty; name a new folder or an empty one")
+        (folder / "logs").mkdir()
+    except OSError as error:
+        raise FolderError(f"--out {folder}: {error.strerror}") from error
+    return folder
+
+
+def labels_of(loaded: Loaded, bus: str) -> Labels:
+    """What the log will say of this run."""
+    scenario = loaded.scenario
+    return Labels(
+        scenario_name=loaded.name,
+        scenario_text=loaded.text,
+        effective_json=effective_json(scenario),
+        seed=scenario.seed,
+        cycles=scenario.cycles,
+        period_ns=scenario.period_ns,
+        vehicles=scenario.fleet.size,
+        bus=bus,
+        run=f"{stamp()}-{os.getpid()}",
+    )
+
+
+def run_in_process(loaded: Loaded, folder: Path, progress: RunProgress) -> None:
+    """Run the whole fleet in this process, without Zenoh."""
+    scenario = loaded.scenario
+    with Recorder(folder / "run.mcap", labels_of(loaded, "in-process"), wall_ns) as recorder:
+        recorder.on_clock = _seldom(progress)
+        vehicles = range(1, scenario.fleet.size + 1)
+        agents: list[Agent] = [
+            WorldAgent(scenario),
+            ChannelAgent(scenario),
+            *(VehicleAgent(scenario, vehicle) for vehicle in vehicles),
+        ]
+        recorder.start_clock()
+        try:
+            InProcessBus(agents, recorder.log).run()
+        except KeyboardInterrupt:
+            recorder.end = "stopped"
+            raise
+
+
+def run_on_zenoh(loaded: Loaded, folder: Path, progress: RunProgress) -> Death | None:
+    """Run every participant as a process of its own; the first untimely death, if any."""
+    read_fd, write_fd = os.pipe()
+    # Socket paths are short by law (108 bytes), folders of runs are not.
+    sockets = Path(tempfile.mkdtemp(prefix="zenvoy-"))
+    try:
+        table = process_table(
+            loaded.scenario,
+            labels_of(loaded, "zenoh"),
+            folder / "run.mcap",
+            sockets,
+            clock_to(write_fd),
+        )
+        with Supervisor(table, folder / "logs") as supervisor:
+            return supervisor.watch(read_fd, progress.feed)
+    finally:
+        os.close(read_fd)
+        os.close(write_fd)
+        shutil.rmtree(sockets, ignore_errors=True)
+
+
+def _seldom(progress: RunProgress) -> Callable[..., None]:
+    """Shows one clock message in ten, so that showing costs nothing."""
+    return lambda clock: progress.show(clock) if clock.cycle % 10 == 0 else None

@@ -1,0 +1,69 @@
+"""What can be wrong with a scenario: the exception tree, and the problems it carries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from zenvoy.scenarios.wording import one_line
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where a value was written: a line of a file, or an option of the command line.
+
+    rank is 0 for the file; options count from 1, in the order in which they apply.
+    """
+
+    source: str
+    line: int | None = None
+    rank: int = 0
+
+    def __str__(self) -> str:
+        source = one_line(self.source)
+        return source if self.line is None else f"{source}, line {self.line}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """One thing that is wrong: at which dotted key, what and what is allowed, written where.
+
+    key is empty where the whole file is meant. related are the other keys the problem depends on.
+    """
+
+    key: str
+    text: str
+    place: Place | None = None
+    related: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        what = f"{self.key}: {self.text}" if self.key else self.text
+        return what if self.place is None else f"{what}  ({self.place})"
+
+    @property
+    def order(self) -> tuple[int, int]:
+        """Sort key: the file by line, then the options."""
+        return (0, 0) if self.place is None else (self.place.rank, self.place.line or 0)
+
+
+class ScenarioError(Exception):
+    """A scenario cannot be had. str() has one line per problem."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems: tuple[Problem, ...] = tuple(sorted(problems, key=lambda p: p.order))
+        super().__init__(self.problems)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.problems))
+
+
+class UnknownScenarioError(ScenarioError):
+    """The name is neither a file nor a built-in scenario."""
+
+
+class UnreadableScenarioError(ScenarioError):
+    """The file cannot be read, is not UTF-8 or is not YAML."""
+
+
+class InvalidScenarioError(ScenarioError):
+    """The YAML is sound, what it says is not: unknown keys, wrong types, values out of range."""

@@ -1,0 +1,29 @@
+"""The scenarios that come with the package."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+_SUFFIX = ".yaml"
+
+
+def packaged() -> dict[str, Traversable]:
+    """The YAML files inside the package by name ("paper/case-15"), case-2 before case-15."""
+    found = dict(_under(files("zenvoy.scenarios"), ""))
+    return dict(sorted(found.items(), key=lambda item: _natural(item[0])))
+
+
+def _under(folder: Traversable, prefix: str) -> Iterator[tuple[str, Traversable]]:
+    for entry in folder.iterdir():
+        if entry.is_dir():
+            yield from _under(entry, f"{prefix}{entry.name}/")
+        elif entry.name.endswith(_SUFFIX):
+            yield f"{prefix}{entry.name.removesuffix(_SUFFIX)}", entry
+
+
+def _natural(name: str) -> list[str | int]:
+    # Splitting at a group of digits gives text and digits in turn, so like meets like.
+    return [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)]

@@ -1,0 +1,182 @@
+"""What a scenario may say: frozen, typed, with units in the names.
+
+Every field has a default, so a scenario file says only what differs from the paper's setting
+(40 vehicles on a ring of 1500 m, Table IV). Defaults that the paper does not give are decided
+in docs/decisions.md.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from zenvoy.scenarios.agreement import refuse_disagreements
+
+Model = Literal["FM", "BCM", "PBCM"]
+TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
+
+# Keeps every sum and product of settings finite, and every time within an int64 of nanoseconds.
+LARGEST = 1e9
+
+Fraction = Annotated[float, Field(ge=0, le=1)]
+NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST)]
+
+NS_PER_MS = 1_000_000
+NS_PER_S = 1_000_000_000
+
+
+class Section(BaseModel):
+    """Base of every section: immutable, no unknown keys, no silent conversions, finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Road(Section):
+    """Shape of the road. On the ring its length is fleet.size · fleet.gap_m."""
+
+    type: Literal["ring", "open"] = "ring"
+
+
+class Fleet(Section):
+    """Vehicles 1..size, evenly spaced at the start; vehicle i follows i - 1."""
+
+    size: Annotated[int, Field(ge=2, le=10_000)] = 40
+    length_m: Positive = 5.0
+    gap_m: Positive = 37.5
+    speed_mps: NonNegative = 30.0
+
+
+class Gains(Section):
+    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures)."""
+
+    k_d: NonNegative = 0.1
+    k_v: NonNegative = 0.5
+    k_c: NonNegative = 0.05
+
+
+class Switch(Section):
+    """From at_s on, vehicles run this model."""
+
+    at_s: NonNegative
+    model: Model
+
+
+class Control(Section):
+    """The control law, its desired state and its timing (DESIGN section 3)."""
+
+    model: Model = "PBCM"
+    schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
+    gains: Gains = Gains()
+    desired_gap_m: Positive = 37.5
+    desired_speed_mps: NonNegative = 30.0
+    acceleration_limit_mps2: Positive = 3.0
+    v2v_wait_ms: NonNegative = 11.0
+    system_delay_ms: NonNegative = 89.0
+    beacon_age_limit_ms: Positive = 1000.0
+
+    def model_at(self, time_ns: int) -> Model:
+        """Model in force at `time_ns` of simulation time."""
+        model = self.model
+        for switch in self.schedule:
+            if round(switch.at_s * NS_PER_S) <= time_ns:
+                model = switch.model
+        return model
+
+
+class Sensors(Section):
+    """Reading errors: gaps and absolute speeds are multiplied by 1 + e, e within ±error."""
+
+    error: Annotated[float, Field(ge=0, lt=1)] = 0.1
+    distribution: Literal["uniform", "gaussian"] = "uniform"
+    position_std_m: NonNegative = 0.0
+
+    @property
+    def error_std(self) -> float:
+        """Standard deviation of the error as a fraction; the same for both distributions."""
+        return self.error / 3**0.5
+
+
+class Estimator(Section):
+    """Process noise of the link filters, as the standard deviation of an acceleration."""
+
+    acceleration_std_mps2: Positive = 0.5
+
+
+class Loss(Section):
+    """Independent loss: each frame is lost at each receiver with probability p."""
+
+    p: Fraction = 0.0
+
+
+class Channel(Section):
+    """The V2X technology (paper Table I) and what goes wrong on the way."""
+
+    technology: TechnologyName = "ieee80211p"
+    loss: Loss = Loss()
+    frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
+    bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's
+
+
+class Brake(Section):
+    """From at_s, for duration_s, the vehicle brakes whatever its controller says."""
+
+    type: Literal["brake"] = "brake"
+    vehicle: Annotated[int, Field(ge=1)]
+    at_s: NonNegative
+    duration_s: Positive
+    deceleration_mps2: Positive
+
+
+class Scenario(Section):
+    """A whole experiment."""
+
+    description: str = ""
+    duration_s: Positive = 500.0
+    period_ms: Annotated[float, Field(ge=1, le=10_000)] = 100.0
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    stall_limit_s: Positive = 10.0
+    on_collision: Literal["continue", "stop"] = "continue"
+    road: Road = Road()
+    fleet: Fleet = Fleet()
+    control: Control = Control()
+    sensors: Sensors = Sensors()
+    estimator: Estimator = Estimator()
+    channel: Channel = Channel()
+    events: Annotated[tuple[Brake, ...], Field(strict=False)] = ()  # a list is welcome too
+
+    @model_validator(mode="after")
+    def _sections_agree(self) -> Scenario:
+        refuse_disagreements(self)
+        return self
+
+    @property
+    def period_ns(self) -> int:
+        """Length of a control cycle, ns."""
+        return round(self.period_ms * NS_PER_MS)
+
+    @property
+    def v2v_wait_ns(self) -> int:
+        """How long after t_k a vehicle waits for the channel, ns."""
+        return round(self.control.v2v_wait_ms * NS_PER_MS)
+
+    @property
+    def system_delay_ns(self) -> int:
+        """From the decision to its effect, ns."""
+        return round(self.control.system_delay_ms * NS_PER_MS)
+
+    @property
+    def beacon_age_limit_ns(self) -> int:
+        """Age past which a neighbour's data are not used any more, ns."""
+        return round(self.control.beacon_age_limit_ms * NS_PER_MS)
+
+    @property
+    def cycles(self) -> int:
+        """Number of control cycles; cycle k starts at k · period."""
+        return max(1, round(self.duration_s * NS_PER_S) // self.period_ns)
+
+    @property
+    def ring_length_m(self) -> float | None:
+        """Length of the ring, m; None on the open road."""
+        return self.fleet.size * self.fleet.gap_m if self.road.type == "ring" else None

@@ -1,0 +1,88 @@
+"""From a tree of values to a Scenario, or to everything that is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from zenvoy.scenarios.agreement import DisagreementError
+from zenvoy.scenarios.allowed import schema_at, stand_in
+from zenvoy.scenarios.errors import InvalidScenarioError, Problem
+from zenvoy.scenarios.explain import explained
+from zenvoy.scenarios.schema import Scenario
+from zenvoy.scenarios.tree import Node, Unreadable
+
+
+def validated(root: Node, known: Sequence[Problem] = ()) -> Scenario:
+    """The scenario that `root`, a mapping, describes.
+
+    Raises InvalidScenarioError with every problem, and with those that are `known` already.
+    """
+    problems = list(known)
+    try:
+        scenario = Scenario.model_validate(root.plain())
+    except ValidationError as refusal:
+        problems += _problems(refusal.errors(include_url=False), root)
+    if problems:
+        raise InvalidScenarioError(problems)
+    return scenario
+
+
+def _problems(errors: list[ErrorDetails], root: Node) -> list[Problem]:
+    if found := _disagreements(errors):
+        return [_placed(problem, root) for problem in found]
+    problems = [explained(error, root) for error in errors if not _known(error)]
+    bad = {tuple(map(str, error["loc"])) for error in errors}
+    for problem in _disagreements(_errors(_repaired(root, errors))):
+        if not any(_within(key, bad) for key in (problem.key, *problem.related)):
+            problems.append(_placed(problem, root))
+    return problems
+
+
+def _known(error: ErrorDetails) -> bool:
+    """Whether the value could not even be read, which is reported where it was tried."""
+    return error["input"] is Unreadable.UNREADABLE and error["type"] != "extra_forbidden"
+
+
+def _disagreements(errors: Iterable[ErrorDetails]) -> list[Problem]:
+    causes = [error.get("ctx", {}).get("error") for error in errors]
+    return [p for cause in causes if isinstance(cause, DisagreementError) for p in cause.problems]
+
+
+def _errors(plain: object) -> list[ErrorDetails]:
+    try:
+        Scenario.model_validate(plain)
+    except ValidationError as refusal:
+        return refusal.errors(include_url=False)
+    return []
+
+
+def _repaired(root: Node, errors: list[ErrorDetails]) -> object:
+    """The values with stand-ins for the refused ones: only so does pydantic compare sections."""
+    plain = root.plain()
+    for error in errors:
+        *parents, last = error["loc"]
+        holder: Any = plain
+        for step in parents:
+            holder = holder[step]
+        if error["type"] == "extra_forbidden":
+            del holder[last]
+        else:
+            holder[last] = stand_in(schema_at(error["loc"]))
+    return plain
+
+
+def _within(key: str, bad: set[tuple[str, ...]]) -> bool:
+    path = tuple(key.split("."))
+    return any(path[:length] in bad for length in range(1, len(path) + 1))
+
+
+def _placed(problem: Problem, root: Node) -> Problem:
+    """`problem` at the option that brought it about, else at the first of its keys in the file."""
+    nodes = [root.find(key.split(".")) for key in (problem.key, *problem.related)]
+    written = [node.place for node in nodes if node]
+    place = max(written, key=lambda place: place.rank, default=root.place)
+    return Problem(key=problem.key, text=problem.text, place=place, related=problem.related)

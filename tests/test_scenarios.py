@@ -1,0 +1,319 @@
+"""Scenarios that are accepted: files, names, overrides, the library, and writing them out."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from zenvoy import scenarios
+from zenvoy.scenarios import (
+    Brake,
+    Channel,
+    Control,
+    Fleet,
+    Gains,
+    Loss,
+    Road,
+    Scenario,
+    ScenarioError,
+    Sensors,
+    Switch,
+    builtin,
+    effective_json,
+    effective_yaml,
+    load,
+)
+
+Write = Callable[[str], Path]
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    monkeypatch.chdir(tmp_path)
+
+    def write_it(text: str) -> Path:
+        Path("s.yaml").write_bytes(text.encode())
+        return Path("s.yaml")
+
+    return write_it
+
+
+def test_a_file_says_what_differs_from_the_defaults(write: Write) -> None:
+    text = "fleet: {size: 7}\r\nchannel:\r\n  loss: {p: 0.25}\r\n"
+    loaded = load(write(text))
+    assert loaded.name == "s"
+    assert loaded.text == text
+    assert loaded.scenario == Scenario(fleet=Fleet(size=7), channel=Channel(loss=Loss(p=0.25)))
+
+
+def test_an_empty_mapping_stands_for_the_defaults(write: Write) -> None:
+    assert load(write("{}")).scenario == Scenario()
+
+
+@pytest.mark.parametrize("as_given", [str, Path])
+def test_a_path_may_be_text_or_a_path(write: Write, as_given: Callable[[Path], str | Path]) -> None:
+    path = write("seed: 3\n")
+    assert load(as_given(path)).scenario.seed == 3
+
+
+def test_lists_fill_tuples_and_whole_numbers_fill_fractions(write: Write) -> None:
+    text = """
+    duration_s: 60
+    control: {model: FM, schedule: [{at_s: 10, model: BCM}, {at_s: 20.5, model: PBCM}]}
+    events:
+      - {vehicle: 5, at_s: 10, duration_s: 2, deceleration_mps2: 3}
+    """
+    scenario = load(write(text)).scenario
+    assert scenario.control.schedule == (
+        Switch(at_s=10.0, model="BCM"),
+        Switch(at_s=20.5, model="PBCM"),
+    )
+    assert scenario.events == (Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),)
+    assert type(scenario.duration_s) is float
+
+
+def test_numbers_and_texts_are_those_of_yaml_1_2(write: Write) -> None:
+    text = "description: no\nseed: 012\nduration_s: 1e3\nfleet: {size: 0x10, gap_m: 0o50}\n"
+    scenario = load(write(text)).scenario
+    assert scenario.description == "no"
+    assert scenario.seed == 12
+    assert scenario.duration_s == 1000.0
+    assert scenario.fleet == Fleet(size=16, gap_m=40.0)
+
+
+def test_a_date_is_text(write: Write) -> None:
+    assert load(write("description: 2024-05-01\n")).scenario.description == "2024-05-01"
+
+
+def test_aliases_repeat_a_value_and_an_override_of_one_leaves_the_other(write: Write) -> None:
+    text = """
+    events:
+      - &brake {vehicle: 5, at_s: 10, duration_s: 2, deceleration_mps2: 3}
+      - *brake
+    """
+    events = load(write(text), ["events.1.vehicle=6"]).scenario.events
+    assert [event.vehicle for event in events] == [5, 6]
+    assert {event.at_s for event in events} == {10.0}
+
+
+def test_an_anchor_may_be_used_again(write: Write) -> None:
+    scenario = load(write("seed: &n 1\nfleet: {size: &n 9}\nchannel: {frame_bytes: *n}\n")).scenario
+    assert scenario.channel.frame_bytes == 9
+
+
+def test_a_byte_order_mark_does_no_harm(write: Write) -> None:
+    assert load(write("\ufeffseed: 3\n")).scenario.seed == 3
+
+
+def test_a_file_comes_before_a_built_in_of_that_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert load("quickstart").scenario.seed == 1
+    Path("quickstart").write_text("seed: 77\n")
+    assert load("quickstart").scenario.seed == 77
+
+
+def test_a_folder_does_not_hide_a_built_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("quickstart").mkdir()
+    assert load("quickstart").name == "quickstart"
+
+
+@pytest.mark.parametrize(
+    ("setting", "key", "value"),
+    [
+        ("channel.loss.p=0.3", "channel.loss.p", 0.3),
+        ("control.schedule.0.model=FM", "control.schedule.0.model", "FM"),
+        ("events=[]", "events", ()),
+        ("description=a=b", "description", "a=b"),
+        (" fleet.size = 12 ", "fleet.size", 12),
+        ("channel.bit_rate_mbps=", "channel.bit_rate_mbps", None),
+        ("events.1={vehicle: 9, at_s: 1, duration_s: 1, deceleration_mps2: 1}", "events.1.at_s", 1),
+    ],
+)
+def test_a_setting_replaces_one_value_and_no_other(setting: str, key: str, value: object) -> None:
+    def flat(node: object, path: str = "") -> dict[str, object]:
+        entries = node.items() if isinstance(node, dict) else enumerate(node)  # type: ignore[arg-type]
+        found: dict[str, object] = {}
+        for step, child in entries:
+            here = f"{path}.{step}".lstrip(".")
+            deeper = isinstance(child, dict | tuple) and child
+            found |= flat(child, here) if deeper else {here: child}
+        return found
+
+    before = flat(load("paper/case-15").scenario.model_dump())
+    after = flat(load("paper/case-15", [setting]).scenario.model_dump())
+    assert after[key] == value
+    entry = key.rpartition(".")[0] if key.startswith("events.") else key
+    assert {k: v for k, v in before.items() if not k.startswith(entry)} == {
+        k: v for k, v in after.items() if not k.startswith(entry)
+    }
+
+
+def test_the_last_setting_wins_and_the_options_come_after_it(write: Write) -> None:
+    path = write("seed: 1\n")
+    assert load(path, ["seed=2", "seed=3"]).scenario.seed == 3
+    scenario = load(path, ["seed=2", "duration_s=7"], seed=0, duration_s=9.5).scenario
+    assert (scenario.seed, scenario.duration_s) == (0, 9.5)
+
+
+def test_a_setting_may_build_a_section_that_the_file_lacks(write: Write) -> None:
+    settings = ["control.gains.k_c=0.2", "control.schedule.0.at_s=5", "control.schedule.0.model=FM"]
+    control = load(write("{}"), settings).scenario.control
+    assert control == Control(gains=Gains(k_c=0.2), schedule=(Switch(at_s=5, model="FM"),))
+
+
+def test_overrides_are_not_part_of_the_text(write: Write) -> None:
+    assert load(write("seed: 1\n"), ["seed=2"]).text == "seed: 1\n"
+
+
+def test_events_and_switches_may_lie_after_the_end() -> None:
+    assert load("paper/case-15", duration_s=1).scenario.cycles == 10
+
+
+def test_the_library_is_listed_with_descriptions() -> None:
+    listed = dict(builtin())
+    assert {"quickstart", "paper/case-15"} <= listed.keys()
+    assert all(text and "\n" not in text for text in listed.values())
+
+
+def test_cases_are_listed_in_order_of_their_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "paper").mkdir()
+    for name in ("quickstart", "paper/case-15", "paper/case-2"):
+        (tmp_path / f"{name}.yaml").write_text(f"description: about {name}\n")
+    (tmp_path / "notes.txt").touch()
+    monkeypatch.setattr("zenvoy.scenarios.library.files", lambda _: tmp_path)
+    names = ["paper/case-2", "paper/case-15", "quickstart"]
+    assert builtin() == [(name, f"about {name}") for name in names]
+
+
+def test_quickstart() -> None:
+    loaded = load("quickstart")
+    assert loaded.name == "quickstart"
+    assert loaded.scenario == Scenario(
+        description=loaded.scenario.description,
+        duration_s=60,
+        fleet=Fleet(size=20),
+        control=Control(model="PBCM"),
+        sensors=Sensors(error=0.03),
+        channel=Channel(technology="ieee80211p", loss=Loss(p=0.05)),
+        events=(Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),),
+    )
+
+
+def test_case_15_of_the_paper() -> None:
+    loaded = load("paper/case-15")
+    assert loaded.name == "paper/case-15"
+    assert loaded.scenario == Scenario(
+        description=loaded.scenario.description,
+        duration_s=500,
+        road=Road(type="ring"),
+        fleet=Fleet(size=40),
+        control=Control(
+            model="FM",
+            schedule=(Switch(at_s=10, model="PBCM"),),
+            v2v_wait_ms=11,
+            system_delay_ms=89,
+        ),
+        sensors=Sensors(error=0.1),
+        channel=Channel(loss=Loss(p=0)),
+        events=(Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),),
+    )
+    assert loaded.scenario.v2v_wait_ns + loaded.scenario.system_delay_ns == 100_000_000
+    assert loaded.scenario.ring_length_m == 1500.0
+
+
+def test_the_effective_yaml_has_every_value_in_the_order_of_the_schema(write: Write) -> None:
+    scenario = load("paper/case-15").scenario
+    text = effective_yaml(scenario)
+    top = [line.partition(":")[0] for line in text.splitlines() if line[0] not in " -"]
+    assert top == list(Scenario.model_fields)
+    assert "  bit_rate_mbps: null\n" in text
+    assert load(write(text)).scenario == scenario
+
+
+@pytest.mark.parametrize(
+    "description",
+    [
+        "",
+        "yes",
+        "null",
+        "1e3",
+        ".5e3",
+        "a: b",
+        "# c",
+        " d ",
+        "\x85",
+        "\u2028",
+        "\r\n",
+        "é😀",
+        "x " * 99,
+    ],
+)
+def test_any_description_is_written_so_that_it_is_read_back(write: Write, description: str) -> None:
+    scenario = Scenario(description=description)
+    assert load(write(effective_yaml(scenario))).scenario == scenario
+
+
+def test_the_effective_yaml_quotes_no_plain_words() -> None:
+    lines = effective_yaml(Scenario(description="3")).splitlines()
+    assert [line for line in lines if '"' in line] == ['description: "3"']
+
+
+def test_the_effective_json_is_sorted_and_read_back() -> None:
+    scenario = load("quickstart").scenario
+    text = effective_json(scenario)
+    values = json.loads(text)
+    assert list(values) == sorted(Scenario.model_fields)
+    assert list(values["fleet"]) == ["gap_m", "length_m", "size", "speed_mps"]
+    assert Scenario.model_validate_json(text) == scenario
+    assert effective_json(Scenario(duration_s=60)) == effective_json(Scenario(duration_s=60.0))
+
+
+def test_the_model_in_force_follows_the_schedule() -> None:
+    schedule = (Switch(at_s=10, model="BCM"), Switch(at_s=20, model="PBCM"))
+    control = Control(model="FM", schedule=schedule)
+    times_s = [0, 9.999999999, 10, 19.9, 20, 500]
+    models = [control.model_at(round(time_s * 1e9)) for time_s in times_s]
+    assert models == ["FM", "FM", "BCM", "BCM", "PBCM", "PBCM"]
+
+
+def test_periods_are_whole_nanoseconds() -> None:
+    scenario = Scenario(duration_s=1.05, period_ms=100)
+    assert (scenario.period_ns, scenario.cycles) == (100_000_000, 10)
+    assert (scenario.v2v_wait_ns, scenario.system_delay_ns) == (11_000_000, 89_000_000)
+    assert Scenario(road=Road(type="open")).ring_length_m is None
+
+
+def test_a_scenario_built_in_python_is_checked_across_sections() -> None:
+    with pytest.raises(ValidationError) as refusal:
+        Scenario(duration_s=0.05, control=Control(v2v_wait_ms=100))
+    assert (
+        "duration_s: 0.05 is not at least one period, period_ms (100)\n"
+        "control.v2v_wait_ms: 100 is not less than period_ms (100)"
+    ) in str(refusal.value)
+
+
+def test_a_scenario_does_not_change() -> None:
+    with pytest.raises(ValidationError, match="frozen"):
+        Scenario().seed = 2  # type: ignore[misc]
+
+
+def test_errors_survive_the_way_between_processes() -> None:
+    with pytest.raises(ScenarioError) as refusal:
+        load("quickstart", ["seed=-1"])
+    copy = pickle.loads(pickle.dumps(refusal.value))
+    assert str(copy) == str(refusal.value)
+    assert copy.problems == refusal.value.problems
+
+
+def test_what_is_exported_exists() -> None:
+    assert all(hasattr(scenarios, name) for name in scenarios.__all__)

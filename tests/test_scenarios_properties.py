@@ -1,0 +1,240 @@
+"""Properties of loading: what is written is read back, and any text loads or is refused."""
+
+from __future__ import annotations
+
+import re
+from io import StringIO
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ruamel.yaml import YAML
+
+from zenvoy.scenarios import (
+    Brake,
+    Channel,
+    Control,
+    Estimator,
+    Fleet,
+    Gains,
+    Loss,
+    Model,
+    Road,
+    Scenario,
+    ScenarioError,
+    Sensors,
+    Switch,
+    effective_json,
+    effective_yaml,
+    load,
+)
+
+MESSAGE = re.compile(r"(\S.*: )?\S.*  \((s\.yaml(, line \d+)?|--set .*)\)")
+
+# How long an example takes says something about the machine only.
+NO_DEADLINE = settings(deadline=None)
+
+positive = st.floats(min_value=1e-6, max_value=1e9)
+non_negative = st.floats(min_value=0, max_value=1e9)
+models: st.SearchStrategy[Model] = st.sampled_from(get_args(Model))
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> Scenario:
+    size = draw(st.integers(3, 10_000))
+    length_m = draw(st.floats(0.1, 1e6))
+    period_ms = draw(st.floats(1, 10_000))
+    longer = st.floats(1.01, 100).map(lambda factor: length_m * factor)
+    switches_ms = sorted(draw(st.sets(st.integers(0, 10**12), max_size=4)))
+    brakes = st.builds(
+        Brake,
+        vehicle=st.integers(1, size),
+        at_s=non_negative,
+        duration_s=positive,
+        deceleration_mps2=positive,
+    )
+    return Scenario(
+        description=draw(st.text(max_size=40)),
+        duration_s=draw(st.floats(10, 1e9)),
+        period_ms=period_ms,
+        seed=draw(st.integers(0, 2**63 - 1)),
+        stall_limit_s=draw(positive),
+        on_collision=draw(st.sampled_from(["continue", "stop"])),
+        road=Road(type=draw(st.sampled_from(["ring", "open"]))),
+        fleet=Fleet(size=size, length_m=length_m, gap_m=draw(longer), speed_mps=draw(non_negative)),
+        control=Control(
+            model=draw(models),
+            schedule=tuple(Switch(at_s=ms / 1000, model=draw(models)) for ms in switches_ms),
+            gains=draw(st.builds(Gains, k_d=non_negative, k_v=non_negative, k_c=non_negative)),
+            desired_gap_m=draw(longer),
+            desired_speed_mps=draw(non_negative),
+            acceleration_limit_mps2=draw(positive),
+            v2v_wait_ms=period_ms * draw(st.floats(0, 0.99)),
+            system_delay_ms=draw(non_negative),
+            beacon_age_limit_ms=draw(positive),
+        ),
+        sensors=Sensors(
+            error=draw(st.floats(0, 0.999)),
+            distribution=draw(st.sampled_from(["uniform", "gaussian"])),
+            position_std_m=draw(non_negative),
+        ),
+        estimator=Estimator(acceleration_std_mps2=draw(positive)),
+        channel=Channel(
+            technology=draw(st.sampled_from(["ieee80211p", "lte-a-pro", "5g-mmwave"])),
+            loss=Loss(p=draw(st.floats(0, 1))),
+            frame_bytes=draw(st.integers(1, 65_535)),
+            bit_rate_mbps=draw(st.none() | st.floats(0.001, 1e9)),
+        ),
+        events=tuple(draw(st.lists(brakes, max_size=3))),
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("properties")
+
+
+def _written(folder: Path, text: str) -> Path:
+    path = folder / "s.yaml"
+    path.write_bytes(text.encode(errors="surrogatepass"))
+    return path
+
+
+def _refusal(folder: Path, text: str, *overrides: str) -> ScenarioError | None:
+    """The error that loading `text` raises, if it raises one; checks the form of its message."""
+    path = _written(folder, text)
+    try:
+        load(path, overrides)
+    except ScenarioError as error:
+        refusal = error
+    else:
+        return None
+    lines = str(refusal).replace(str(path), "s.yaml").split("\n")
+    assert len(lines) == len(refusal.problems) > 0
+    assert [line for line in lines if not MESSAGE.fullmatch(line)] == []
+    return refusal
+
+
+def _yaml(values: object) -> str:
+    yaml = YAML(typ="safe", pure=True)
+    stream = StringIO()
+    yaml.dump(values, stream)
+    return stream.getvalue()
+
+
+VALID: dict[str, Any] = load(
+    "paper/case-15", ["events.1={vehicle: 3, at_s: 20, duration_s: 1, deceleration_mps2: 1}"]
+).scenario.model_dump(mode="json")
+
+
+def _paths(value: object, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    entries = value.items() if isinstance(value, dict) else enumerate(value)  # type: ignore[arg-type]
+    found = []
+    for step, child in entries:
+        found.append((*path, step))
+        if isinstance(child, dict | list):
+            found += _paths(child, (*path, step))
+    return found
+
+
+def _copy_and_holder(path: tuple[Any, ...]) -> tuple[dict[str, Any], Any]:
+    """A copy of VALID, and what holds the value at `path` in it."""
+    copy = YAML(typ="safe", pure=True).load(_yaml(VALID))
+    holder = copy
+    for step in path[:-1]:
+        holder = holder[step]
+    return copy, holder
+
+
+paths = st.sampled_from(_paths(VALID))
+junk = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.integers(min_value=10**300, max_value=10**320)
+    | st.floats()
+    | st.text(max_size=10)
+    | st.sampled_from(["FM", "ring", "0.3", "yes", "2020-01-01", "<<"]),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3)
+    ),
+    max_leaves=5,
+)
+
+
+@NO_DEADLINE
+@given(scenarios())
+def test_the_effective_yaml_is_read_back(folder: Path, scenario: Scenario) -> None:
+    assert load(_written(folder, effective_yaml(scenario))).scenario == scenario
+
+
+@NO_DEADLINE
+@given(scenarios())
+def test_the_effective_json_is_read_back(scenario: Scenario) -> None:
+    again = Scenario.model_validate_json(effective_json(scenario))
+    assert again == scenario
+    assert effective_json(again) == effective_json(scenario)
+
+
+@NO_DEADLINE
+@given(paths, junk)
+def test_any_value_anywhere_is_accepted_or_refused_as_a_scenario(
+    folder: Path, path: tuple[Any, ...], value: object
+) -> None:
+    values, holder = _copy_and_holder(path)
+    holder[path[-1]] = value
+    _refusal(folder, _yaml(values))
+
+
+@NO_DEADLINE
+@given(paths.filter(lambda path: isinstance(path[-1], str)), st.data())
+def test_a_misspelt_key_is_named(folder: Path, path: tuple[Any, ...], data: st.DataObject) -> None:
+    values, holder = _copy_and_holder(path)
+    key: str = path[-1]
+    letter = st.sampled_from("abcdefghijklmnopqrstuvwxyz_")
+    position = data.draw(st.integers(0, len(key)))
+    misspelt = key[:position] + data.draw(letter) + key[position + data.draw(st.integers(0, 1)) :]
+    if misspelt in holder:
+        return
+    holder[misspelt] = holder.pop(key)
+    error = _refusal(folder, _yaml(values))
+    assert error is not None
+    name = ".".join(map(str, (*path[:-1], misspelt)))
+    found = [problem.text for problem in error.problems if problem.key == name]
+    assert len(found) == 1
+    assert found[0].startswith("unknown key; ")
+    assert "did you mean '" in found[0] or len(key) < 4
+
+
+@NO_DEADLINE
+@given(st.data())
+def test_a_text_with_any_character_changed_is_accepted_or_refused(
+    folder: Path, data: st.DataObject
+) -> None:
+    text = _yaml(VALID)
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.integers(0, len(text)))
+        stop = start + data.draw(st.integers(0, 3))
+        patch = data.draw(st.text("&*!|>%@`'\"[]{},:#-?\n\t 0a\0\ud800\x85", max_size=3))
+        text = text[:start] + patch + text[stop:]
+    _refusal(folder, text)
+
+
+@NO_DEADLINE
+@given(st.text(max_size=30))
+def test_any_text_is_accepted_or_refused(folder: Path, text: str) -> None:
+    _refusal(folder, text)
+
+
+@NO_DEADLINE
+@given(st.lists(st.text(max_size=12), max_size=3), paths, junk)
+def test_any_setting_is_accepted_or_refused(
+    folder: Path, keys: list[str], path: tuple[Any, ...], value: object
+) -> None:
+    named = ".".join(map(str, path))
+    settings = [*keys, *(f"{key}={value}" for key in keys), f"{named}={value}", f"{named}.{value}"]
+    _refusal(folder, "{}", *settings)
+    for setting in settings:
+        _refusal(folder, effective_yaml(Scenario()), setting)

@@ -1,0 +1,1 @@
+"""A vehicle: estimator, predictor, controllers, the agent and its process."""

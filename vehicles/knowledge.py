@@ -1,0 +1,125 @@
+"""What a vehicle knows: readings, what it heard, and the estimates made of both."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.decision import View
+from zenvoy.vehicles.motion import Motion
+from zenvoy.vehicles.relative import Relative
+from zenvoy.vehicles.state import LinkState, SpeedState
+
+# A reading of the own acceleration that differs by more contradicts the commands, m/s².
+_CONTRADICTS: Final = 0.1
+
+
+class Knowledge:
+    """Fed in order: `sense` at t_k, `hear` at t_k + v2v_wait, `command` when it is decided.
+
+    `estimates`: whether to run the filters, which only PBCM needs.
+    """
+
+    def __init__(self, scenario: Scenario, ahead_id: int, behind_id: int, estimates: bool) -> None:
+        self._ahead_id, self._behind_id = ahead_id, behind_id
+        self._estimates = estimates
+        self._period_ns = scenario.period_ns
+        self._age_limit_ns = scenario.beacon_age_limit_ns
+        keep_ns = scenario.beacon_age_limit_ns + scenario.system_delay_ns + 4 * scenario.period_ns
+        self._own, self._ahead, self._behind = Motion(keep_ns), Motion(keep_ns), Motion(keep_ns)
+        self._commanded = Motion(keep_ns)
+        self._commanded.learn(0, 0, 0.0, ())
+        self._sense = pb.Sense()
+        self._heard_ahead_ns = -1
+        self._heard_behind: pb.Beacon | None = None
+        self._heard_behind_ns = -1
+        acceleration_std = scenario.estimator.acceleration_std_mps2
+        error_std = scenario.sensors.error_std
+        self.speed = SpeedState(self._period_ns, acceleration_std, error_std)
+        self.link_ahead = LinkState(
+            self._period_ns, acceleration_std, error_std, front=self._ahead, rear=self._own
+        )
+        self.link_behind = LinkState(
+            self._period_ns, acceleration_std, error_std, front=self._own, rear=self._behind
+        )
+
+    @property
+    def age_ns(self) -> int:
+        """Age at t_k of what the vehicle behind told; -1 where it told nothing yet."""
+        if self._heard_behind is None:
+            return -1
+        return self._sense.time_ns - self._heard_behind_ns
+
+    def sense(self, sense: pb.Sense) -> list[tuple[int, float]]:
+        """Take in the own readings; returns the accelerations expected of oneself, from t_k on.
+
+        These are the commands, or the acceleration that was read where it contradicts them: a
+        driver's foot on the brake, a vehicle that stands.
+        """
+        self._sense = sense
+        start_ns, time_ns = sense.time_ns - self._period_ns, sense.time_ns
+        commanded = self._commanded.over(start_ns, time_ns)[1] / (self._period_ns * 1e-9)
+        if abs(sense.acceleration - commanded) > _CONTRADICTS:
+            plan = [(time_ns, sense.acceleration)]
+        else:
+            plan = self._commanded.steps_from(time_ns)
+        self._own.learn(start_ns, time_ns, sense.acceleration, plan)
+        return plan
+
+    def hear(self, receive: pb.Receive) -> None:
+        """Take in the frames that have arrived, then bring the estimates to t_k."""
+        neighbours = (self._ahead_id, self._behind_id)
+        beacons = [
+            pb.Beacon.FromString(payload)
+            for source, payload in zip(receive.source, receive.beacon, strict=True)
+            if source in neighbours
+        ]
+        for beacon in sorted(beacons, key=lambda beacon: beacon.time_ns):
+            if beacon.vehicle == self._ahead_id and beacon.time_ns > self._heard_ahead_ns:
+                self._heard_ahead_ns = beacon.time_ns
+                self._learn(self._ahead, beacon)
+            if beacon.vehicle == self._behind_id and beacon.time_ns > self._heard_behind_ns:
+                self._heard_behind, self._heard_behind_ns = beacon, beacon.time_ns
+                self._learn(self._behind, beacon)
+                self._measure(self.link_behind, beacon)
+        if self._sense.time_ns - self._heard_ahead_ns > self._age_limit_ns:
+            self._ahead.forget()  # an old plan is worse than none
+        self._measure(self.link_ahead, self._sense)
+        if self._estimates:
+            self.speed.measure(self._sense.speed, self._sense.acceleration)
+
+    def command(self, effective_ns: int, acceleration: float) -> None:
+        """Remember a command on its way."""
+        self._commanded.learn(effective_ns, effective_ns, acceleration, ())
+
+    def read(self) -> View:
+        """The newest readings, as they are."""
+        sense, heard = self._sense, self._heard_behind
+        return View(
+            ahead=_relative(sense.ahead) if sense.HasField("ahead") else None,
+            behind=_relative(heard.ahead) if heard and heard.HasField("ahead") else None,
+            speed=sense.speed,
+        )
+
+    def predict(self, until_ns: int) -> View:
+        """The estimates, predicted to `until_ns`. Needs `estimates`."""
+        _, change = self._own.over(self._sense.time_ns, until_ns)
+        return View(
+            ahead=self.link_ahead.predict(until_ns),
+            behind=self.link_behind.predict(until_ns),
+            speed=max(0.0, self.speed.estimate + change),
+        )
+
+    def _learn(self, motion: Motion, beacon: pb.Beacon) -> None:
+        plan = list(zip(beacon.planned_from_ns, beacon.planned_acceleration, strict=True))
+        start_ns = beacon.time_ns - self._period_ns
+        motion.learn(start_ns, beacon.time_ns, beacon.acceleration, plan)
+
+    def _measure(self, link: LinkState, source: pb.Beacon | pb.Sense) -> None:
+        if self._estimates and source.HasField("ahead"):
+            link.measure(source.time_ns, _relative(source.ahead), source.speed)
+
+
+def _relative(link: pb.Link) -> Relative:
+    return Relative(link.gap, link.speed)

@@ -1,0 +1,79 @@
+"""What is known and expected of one vehicle's acceleration, as a step function of time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+
+NS = 1e-9
+
+
+class Motion:
+    """Acceleration (m/s²) by time (ns): readings for the past, plans for the future.
+
+    Constant between its steps; before the first step it is the first value, after the last one
+    the last. Where nothing is known it is 0.
+    """
+
+    __slots__ = ("_from_ns", "_keep_ns", "_value")
+
+    def __init__(self, keep_ns: int) -> None:
+        self._keep_ns = keep_ns
+        self._from_ns: list[int] = []
+        self._value: list[float] = []
+
+    def learn(
+        self,
+        start_ns: int,
+        end_ns: int,
+        reading: float,
+        plan: Sequence[tuple[int, float]],
+    ) -> None:
+        """Take a mean over [start, end] as read, and a plan from end_ns on.
+
+        The plan's first entry is what is in force at end_ns. What was thought of times after
+        start_ns is forgotten, so readings must come in order of time.
+        """
+        times, values = self._from_ns, self._value
+        while times and times[-1] >= start_ns:
+            times.pop()
+            values.pop()
+        times.append(start_ns)
+        values.append(reading)
+        for effective_ns, acceleration in plan:
+            times.append(max(effective_ns, end_ns))
+            values.append(acceleration)
+        while len(times) > 1 and times[1] < end_ns - self._keep_ns:
+            del times[0], values[0]
+
+    def forget(self) -> None:
+        """Know nothing any more."""
+        self._from_ns.clear()
+        self._value.clear()
+
+    def over(self, t0_ns: int, t1_ns: int) -> tuple[float, float]:
+        """Displacement beyond uniform motion (m) and change of speed (m/s) from t0 to t1."""
+        times, values = self._from_ns, self._value
+        if not times:
+            return 0.0, 0.0
+        at = max(bisect_right(times, t0_ns) - 1, 0)
+        dp = dv = 0.0
+        now = t0_ns
+        while now < t1_ns:
+            until = times[at + 1] if at + 1 < len(times) and times[at + 1] < t1_ns else t1_ns
+            dt = (until - now) * NS
+            a = values[at]
+            dp += dv * dt + 0.5 * a * dt * dt
+            dv += a * dt
+            now = max(until, now)
+            at += 1
+        return dp, dv
+
+    def steps_from(self, time_ns: int) -> list[tuple[int, float]]:
+        """The step in force at `time_ns`, as from then, and those to come."""
+        times, values = self._from_ns, self._value
+        if not times:
+            return [(time_ns, 0.0)]
+        at = max(bisect_right(times, time_ns) - 1, 0)
+        later = list(zip(times[at + 1 :], values[at + 1 :], strict=True))
+        return [(time_ns, values[at]), *later]

@@ -1,0 +1,103 @@
+"""Filtered states of a link and of the own speed, on the readings' own times."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from zenvoy.vehicles.estimator import Filter, ReadingError
+from zenvoy.vehicles.motion import Motion
+from zenvoy.vehicles.relative import Relative
+
+# Missed periods after which a link starts anew rather than be predicted through the gap.
+_GIVE_UP_PERIODS: Final = 100
+
+
+class LinkState:
+    """Filtered state of one link, at the time of its newest reading.
+
+    `front` and `rear` are the motions of the two vehicles, the one ahead and the one behind; the
+    link's relative acceleration is the difference of theirs.
+    """
+
+    def __init__(
+        self,
+        period_ns: int,
+        acceleration_std: float,
+        error_std: float,
+        *,
+        front: Motion,
+        rear: Motion,
+    ) -> None:
+        self._period_ns = period_ns
+        self._front, self._rear = front, rear
+        self._filter = Filter(period_ns * 1e-9, acceleration_std, size=2)
+        self._gap_error = ReadingError(error_std)
+        self._speed_error = ReadingError(error_std)
+        self.measured_ns = -1
+
+    @property
+    def estimate(self) -> Relative | None:
+        """State at `measured_ns`; None before the first reading."""
+        return Relative(*self._filter.x) if self._filter.started else None
+
+    @property
+    def std(self) -> tuple[float, ...]:
+        """Standard deviations of gap (m) and relative speed (m/s)."""
+        return self._filter.std
+
+    def measure(self, time_ns: int, reading: Relative, speed: float) -> None:
+        """Take in a reading of `time_ns`; `speed` (m/s) is about that of the vehicles."""
+        periods = round((time_ns - self.measured_ns) / self._period_ns)
+        if periods > _GIVE_UP_PERIODS:
+            self._filter.reset()
+        started = self._filter.started
+        inputs = self._relative_accelerations(time_ns, periods) if started else ()
+        gap = self._filter.x[0] if started else reading.p
+        # The error of a relative speed is that of the absolute speed of the vehicle ahead.
+        variances = (self._gap_error.variance(gap), self._speed_error.variance(speed))
+        self._filter.step(inputs, reading, variances)
+        self.measured_ns = time_ns
+
+    def predict(self, until_ns: int) -> Relative | None:
+        """State at `until_ns`, with the accelerations known and planned of both vehicles."""
+        if not self._filter.started:
+            return None
+        p, v = self._filter.x
+        front_dp, front_dv = self._front.over(self.measured_ns, until_ns)
+        rear_dp, rear_dv = self._rear.over(self.measured_ns, until_ns)
+        dt = (until_ns - self.measured_ns) * 1e-9
+        return Relative(p + v * dt + front_dp - rear_dp, v + front_dv - rear_dv)
+
+    def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
+        """Mean of each period up to `time_ns`, m/s²."""
+        period_ns = self._period_ns
+        means = []
+        for back in range(periods, 0, -1):
+            start_ns = time_ns - back * period_ns
+            front = self._front.over(start_ns, start_ns + period_ns)[1]
+            rear = self._rear.over(start_ns, start_ns + period_ns)[1]
+            means.append((front - rear) / (period_ns * 1e-9))
+        return means
+
+
+class SpeedState:
+    """Filtered own speed at the start of the cycle."""
+
+    def __init__(self, period_ns: int, acceleration_std: float, error_std: float) -> None:
+        self._filter = Filter(period_ns * 1e-9, acceleration_std, size=1)
+        self._error = ReadingError(error_std)
+
+    @property
+    def estimate(self) -> float:
+        """Own speed, m/s."""
+        return self._filter.x[0]
+
+    @property
+    def std(self) -> float:
+        """Its standard deviation, m/s."""
+        return self._filter.std[0]
+
+    def measure(self, reading: float, acceleration: float) -> None:
+        """Take in a reading (m/s), one period after the last, with what acted since (m/s²)."""
+        about = self._filter.x[0] if self._filter.started else reading
+        self._filter.step((acceleration,), (reading,), (self._error.variance(about),))

@@ -1,0 +1,1 @@
+"""The truth: dynamics, road, sensors, events, the recorder, and its process."""

@@ -1,0 +1,153 @@
+"""The world: integrates the truth, lets vehicles sense it, and says what goes into the log."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH
+from zenvoy.scenarios import Scenario
+from zenvoy.world.chronicle import Chronicle
+from zenvoy.world.fleet import Fleet
+from zenvoy.world.rows import command_row, estimate_row
+from zenvoy.world.sensors import Readings, SensorSet
+
+Floats = NDArray[np.float64]
+
+_FARTHEST: Final = 2  # cycles ahead; more overlaps nothing more and only fills queues
+
+
+class WorldAgent:
+    """Step k moves the truth to t_k and starts cycle k there, up to the end of the last cycle.
+
+    For that it needs the commands that take effect before t_k, which with the delays of V2V are
+    not those of cycle k - 1 but older ones: so it runs `lookahead` cycles ahead of the newest
+    commands, and the cycles of world, channel and vehicles overlap. The steps after the end
+    only log what is still to come. What vehicles wait for is sent first; the log is written
+    while they work.
+    """
+
+    role = "world"
+    name = "world"
+    vehicle = 0
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
+        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._stops_on_collision = scenario.on_collision == "stop"
+        self._fleet = Fleet(scenario)
+        self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
+        self._chronicle = Chronicle(scenario)
+        delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+        self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
+        self._step = 0
+        self._stopped = False
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """Commands and links of the newest cycle that the step depends on."""
+        newest = self._step - 1 - self._lookahead
+        if self._stopped or newest == self._cycles:
+            return None
+        now_ns = min(self._step, self._cycles) * self._period_ns
+        if newest < 0:
+            return Barrier(now_ns, 0)
+        needs = ((COMMAND, self._vehicles), (LINKS, (0,)))
+        return Barrier(now_ns, newest, needs)
+
+    def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
+        """Move the truth to `now_ns` and begin a cycle there; log what has become known."""
+        cycle = self._step
+        self._step += 1
+        has_news = cycle > self._lookahead
+        commands = inbox.all(COMMAND) if has_news else []
+        past = self._past(commands, inbox.one(LINKS)) if has_news else []
+        collided: list[int] = []
+        if cycle > self._cycles:
+            return past + self._chronicle.write(now_ns, commands, collided)
+        self._fleet.command(commands)
+        collided = self._fleet.advance_to(now_ns)
+        self._stopped = bool(collided) and self._stops_on_collision
+        out, radar = self._begin(cycle, now_ns)
+        out += past
+        out.append(self._truth(cycle, now_ns))
+        out += radar
+        out += self._chronicle.write(now_ns, commands, collided)
+        return out + ([self._chronicle.stop(now_ns, "collision")] if self._stopped else [])
+
+    def _begin(self, cycle: int, now_ns: int) -> tuple[list[Envelope], list[Envelope]]:
+        """What the others wait for to begin a cycle, and its row of the log; nothing at the end."""
+        if self._stopped or cycle == self._cycles:
+            return [], []
+        position, speed = self._fleet.position, self._fleet.speed
+        readings = self._sensors.read(cycle, self._fleet.road.gaps(position), position, speed)
+        senses = self._senses(cycle, now_ns, readings)
+        return [*senses, self._positions(cycle, now_ns)], [self._radar(cycle, now_ns, readings)]
+
+    def _senses(self, cycle: int, now_ns: int, readings: Readings) -> list[Envelope]:
+        """Each vehicle's own readings."""
+        rows = zip(
+            self._vehicles,
+            readings.gap.tolist(),
+            readings.relative_speed.tolist(),
+            readings.position.tolist(),
+            readings.speed.tolist(),
+            self._fleet.mean_acceleration.tolist(),
+            strict=True,
+        )
+        return [
+            Envelope(
+                SENSE,
+                vehicle,
+                pb.Sense(
+                    cycle=cycle,
+                    time_ns=now_ns,
+                    vehicle=vehicle,
+                    ahead=pb.Link(gap=gap, speed=relative_speed) if not math.isnan(gap) else None,
+                    position=position,
+                    speed=speed,
+                    acceleration=acceleration,
+                ).SerializeToString(),
+            )
+            for vehicle, gap, relative_speed, position, speed, acceleration in rows
+        ]
+
+    def _positions(self, cycle: int, now_ns: int) -> Envelope:
+        position = self._fleet.position.tolist()
+        message = pb.Positions(cycle=cycle, time_ns=now_ns, position=position)
+        return Envelope(POSITIONS, 0, message.SerializeToString())
+
+    def _past(self, commands: list[pb.Command], links: pb.Links) -> list[Envelope]:
+        """Rows of the log about the cycle that has ended."""
+        return [
+            Envelope(FRAMES, 0, links.frames, links.time_ns),
+            estimate_row(commands),
+            command_row(commands),
+        ]
+
+    def _truth(self, cycle: int, now_ns: int) -> Envelope:
+        message = pb.FleetTruth(
+            cycle=cycle,
+            time_ns=now_ns,
+            position=self._fleet.position.tolist(),
+            speed=self._fleet.speed.tolist(),
+            acceleration=self._fleet.mean_acceleration.tolist(),
+        )
+        return Envelope(TRUTH, 0, message.SerializeToString(), now_ns)
+
+    def _radar(self, cycle: int, now_ns: int, readings: Readings) -> Envelope:
+        message = pb.FleetRadar(
+            cycle=cycle,
+            time_ns=now_ns,
+            gap=readings.gap.tolist(),
+            relative_speed=readings.relative_speed.tolist(),
+            position=readings.position.tolist(),
+            speed=readings.speed.tolist(),
+            acceleration=self._fleet.mean_acceleration.tolist(),
+        )
+        return Envelope(RADAR, 0, message.SerializeToString(), now_ns)

@@ -1,0 +1,65 @@
+"""Notices what is worth an entry in `/events`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.topics import EVENTS
+from zenvoy.scenarios import Scenario
+
+
+class Chronicle:
+    """Brakes and model switches as scheduled, collisions and fallbacks as they happen."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scheduled = sorted(_scheduled(scenario), key=lambda event: event.time_ns)
+        self._fallen_back: set[int] = set()
+        self._period_ns = scenario.period_ns
+
+    def write(
+        self, now_ns: int, commands: Sequence[pb.Command], collided: Sequence[int]
+    ) -> list[Envelope]:
+        """Entries for a step of the world at `now_ns`; `collided` holds indices of followers."""
+        events = self._fallbacks(commands)
+        while self._scheduled and self._scheduled[0].time_ns <= now_ns:
+            events.append(self._scheduled.pop(0))
+        for index in collided:
+            events.append(pb.Event(time_ns=now_ns, kind=pb.EVENT_COLLISION, vehicle=index + 1))
+        return [self._entry(event) for event in events]
+
+    def stop(self, now_ns: int, why: str) -> Envelope:
+        """Entry that says that the run ends here, before its time."""
+        return self._entry(pb.Event(time_ns=now_ns, kind=pb.EVENT_STOPPED, text=why))
+
+    def _entry(self, event: pb.Event) -> Envelope:
+        event.cycle = event.time_ns // self._period_ns
+        return Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns)
+
+    def _fallbacks(self, commands: Sequence[pb.Command]) -> list[pb.Event]:
+        events = []
+        for command in commands:
+            falls = command.mode == pb.MODE_FALLBACK_FM
+            if falls == (command.vehicle in self._fallen_back):
+                continue
+            self._fallen_back ^= {command.vehicle}
+            kind = pb.EVENT_FALLBACK if falls else pb.EVENT_FALLBACK_END
+            events.append(pb.Event(time_ns=command.time_ns, kind=kind, vehicle=command.vehicle))
+        return events
+
+
+def _scheduled(scenario: Scenario) -> list[pb.Event]:
+    events = [
+        pb.Event(time_ns=round(switch.at_s * 1e9), kind=pb.EVENT_MODEL, text=switch.model)
+        for switch in scenario.control.schedule
+    ]
+    for brake in scenario.events:
+        start_ns = round(brake.at_s * 1e9)
+        end_ns = round((brake.at_s + brake.duration_s) * 1e9)
+        text = f"{brake.deceleration_mps2:g} m/s²"
+        events += [
+            pb.Event(time_ns=start_ns, kind=pb.EVENT_BRAKE, vehicle=brake.vehicle, text=text),
+            pb.Event(time_ns=end_ns, kind=pb.EVENT_BRAKE_END, vehicle=brake.vehicle),
+        ]
+    return events

@@ -1,0 +1,82 @@
+"""True state of the fleet, moved by the commands that have taken effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Scenario
+from zenvoy.world.dynamics import acting, advance
+from zenvoy.world.events import Brakes
+from zenvoy.world.road import Road
+
+Floats = NDArray[np.float64]
+
+# Vehicles that have touched must part by this much before they can collide anew.
+_APART_M: Final = 0.1
+
+
+class Fleet:
+    """Positions (m, not wrapped), speeds (m/s) and accelerations (m/s²), all (n,), at `time_ns`."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        fleet = scenario.fleet
+        self.time_ns = 0
+        self.road = Road(scenario.ring_length_m)
+        self.position: Floats = np.arange(fleet.size - 1.0, -1.0, -1.0) * fleet.gap_m
+        self.speed: Floats = np.full(fleet.size, fleet.speed_mps)
+        self.mean_acceleration: Floats = np.zeros(fleet.size)
+        self.touching: frozenset[int] = frozenset()
+        self._length_m = fleet.length_m
+        self._limit = scenario.control.acceleration_limit_mps2
+        self._brakes = Brakes(scenario.events)
+        self._commanded: Floats = np.zeros(fleet.size)
+        self._coming: dict[int, list[tuple[int, float]]] = {}
+
+    @property
+    def acceleration(self) -> Floats:
+        """What acts from `time_ns` on, m/s²."""
+        return acting(self.speed, self._brakes.override(self.time_ns, self._commanded))
+
+    def command(self, commands: Sequence[pb.Command]) -> None:
+        """Take in commands, to be applied when they take effect (at once, if that has passed)."""
+        for command in commands:
+            a = max(-self._limit, min(self._limit, command.acceleration))
+            self._coming.setdefault(command.effective_ns, []).append((command.vehicle - 1, a))
+
+    def advance_to(self, time_ns: int) -> list[int]:
+        """Move to `time_ns`; returns the indices of vehicles that ran into the one ahead."""
+        start_ns, start_speed = self.time_ns, self.speed
+        for until_ns in self._changes(time_ns):
+            dt_s = (until_ns - self.time_ns) * 1e-9
+            self.position, self.speed = advance(self.position, self.speed, self.acceleration, dt_s)
+            self.time_ns = until_ns
+            self._apply()
+        if time_ns > start_ns:
+            self.mean_acceleration = (self.speed - start_speed) / ((time_ns - start_ns) * 1e-9)
+        self.position, self.speed, moved = self.road.separate(
+            self.position, self.speed, self._length_m
+        )
+        collided = [i for i in moved if i not in self.touching]
+        near = self.road.gaps(self.position) < self._length_m + _APART_M
+        self.touching = frozenset(np.flatnonzero(near).tolist())
+        return collided
+
+    def _changes(self, time_ns: int) -> list[int]:
+        """Instants up to `time_ns` at which an acceleration changes, and `time_ns`."""
+        self._apply()
+        changes = {t for t in self._brakes.instants if self.time_ns < t < time_ns}
+        changes.update(t for t in self._coming if t < time_ns)
+        return [*sorted(changes), time_ns]
+
+    def _apply(self) -> None:
+        """Let the commands take effect whose time has come."""
+        for effective_ns in sorted(t for t in self._coming if t <= self.time_ns):
+            commanded = self._commanded.copy()
+            for vehicle, a in self._coming.pop(effective_ns):
+                commanded[vehicle] = a
+            self._commanded = commanded

@@ -1,0 +1,171 @@
+"""Writes the run to MCAP as it goes, and fingerprints it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+from google.protobuf import descriptor_pb2
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import Writer
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.clock import WallClock
+from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
+
+# Log times are this plus simulation time: 2000-01-01T00:00:00Z. Readers take zero for "unknown".
+EPOCH_NS: Final = 946_684_800 * 1_000_000_000
+_FLUSH_NS: Final = 500_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Labels:
+    """What the log says of the run that made it."""
+
+    scenario_name: str
+    scenario_text: str
+    effective_json: str
+    seed: int
+    cycles: int
+    period_ns: int
+    vehicles: int
+    bus: str
+    run: str
+
+
+class Recorder:
+    """The log of one run. Use as a context; leaving it ends the file properly.
+
+    `on_clock` is told of every cycle's clock message, to publish it and to show progress. Wall
+    time counts from `start_clock`, or else from the first cycle.
+    """
+
+    def __init__(self, path: Path, labels: Labels, clock: WallClock) -> None:
+        self._labels = labels
+        self._clock = clock
+        self.on_clock: Callable[[pb.Clock], None] = lambda _: None
+        self._start_ns = self._flushed_ns = 0
+        self._last = pb.Clock()
+        self._digest = hashlib.sha256()
+        self._file = path.open("wb")
+        self._writer = Writer(self._file)
+        self._channels: dict[Topic[Any], int] = {}
+        self.end = "complete"
+
+    def __enter__(self) -> Self:
+        self._writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
+        self._writer.add_metadata("zenvoy.run", _facts(self._labels))
+        self._attach("scenario.yaml", "application/yaml", self._labels.scenario_text)
+        self._attach("effective.json", "application/json", self._labels.effective_json)
+        for topic in LOGGED:
+            schema = self._writer.register_schema(
+                topic.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, _descriptors()
+            )
+            assert topic.logged_as is not None
+            self._channels[topic] = self._writer.register_channel(
+                topic.logged_as, MessageEncoding.Protobuf, schema
+            )
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self.start_clock()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is not None and self.end == "complete":
+            self.end = f"{type(error).__name__}: {error}"
+        self._writer.add_metadata("zenvoy.result", self.result())
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._file.close()
+
+    @property
+    def time_ns(self) -> int:
+        """Simulation time of the last cycle logged."""
+        return int(self._last.time_ns)
+
+    def start_clock(self) -> None:
+        """Count wall time from now."""
+        self._start_ns = self._flushed_ns = self._clock()
+
+    def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        """Write one message under an instant of simulation time."""
+        self._digest.update(
+            topic.name.encode()
+            + b"\0"
+            + time_ns.to_bytes(8, "little")
+            + len(payload).to_bytes(8, "little")
+        )
+        self._digest.update(payload)
+        self._write(topic, time_ns, payload)
+        if topic is TRUTH:
+            self._tick(time_ns)
+
+    def result(self) -> dict[str, str]:
+        """How the run ended: fingerprint, cycles, wall time (s), real-time factor."""
+        wall_s = self._last.wall_ns * 1e-9
+        return {
+            "end": self.end,
+            "fingerprint": self._digest.hexdigest(),
+            "cycles": str(self._last.cycle),
+            "simulated_s": f"{self._last.time_ns * 1e-9:.9g}",
+            "wall_s": f"{wall_s:.6f}",
+            "real_time_factor": f"{self._last.real_time_factor:.6f}",
+        }
+
+    def _tick(self, time_ns: int) -> None:
+        """Say what the wall clock says of this cycle; flush now and then."""
+        now_ns = self._clock()
+        wall_ns = now_ns - self._start_ns
+        self._last = pb.Clock(
+            cycle=time_ns // self._labels.period_ns,
+            time_ns=time_ns,
+            wall_ns=wall_ns,
+            real_time_factor=time_ns / wall_ns if wall_ns else 0.0,
+        )
+        self._write(CLOCK, time_ns, self._last.SerializeToString())
+        self.on_clock(self._last)
+        if now_ns - self._flushed_ns > _FLUSH_NS:
+            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._flushed_ns = now_ns
+
+    def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        at_ns = EPOCH_NS + time_ns
+        self._writer.add_message(self._channels[topic], at_ns, payload, at_ns)
+
+    def _attach(self, name: str, media_type: str, text: str) -> None:
+        self._writer.add_attachment(EPOCH_NS, EPOCH_NS, name, media_type, text.encode())
+
+
+def _facts(labels: Labels) -> dict[str, str]:
+    """Who made the log, from what, with which versions."""
+    packages = ("zenvoy", "eclipse-zenoh", "numpy", "filterpy", "mcap", "protobuf")
+    return {
+        "scenario": labels.scenario_name,
+        "seed": str(labels.seed),
+        "cycles": str(labels.cycles),
+        "period_ns": str(labels.period_ns),
+        "vehicles": str(labels.vehicles),
+        "bus": labels.bus,
+        "run": labels.run,
+        "epoch_ns": str(EPOCH_NS),
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        **{f"version.{name}": version(name) for name in packages},
+    }
+
+
+def _descriptors() -> bytes:
+    """The whole of messages.proto, as a FileDescriptorSet."""
+    files = descriptor_pb2.FileDescriptorSet()
+    pb.DESCRIPTOR.CopyToProto(files.file.add())
+    return files.SerializeToString()
