@@ -69,7 +69,7 @@ class VehicleAgent:
         return [Envelope(COMMAND, self.vehicle, command.SerializeToString())]
 
     def _tell(self, sense: pb.Sense) -> pb.Beacon:
-        plan = self._known.sense(sense)
+        planned_from_ns, planned = self._known.sense(sense)
         return pb.Beacon(
             cycle=self._cycle,
             time_ns=sense.time_ns,
@@ -79,8 +79,8 @@ class VehicleAgent:
             speed=sense.speed,
             acceleration=sense.acceleration,
             ahead=sense.ahead if sense.HasField("ahead") else None,
-            planned_from_ns=[from_ns for from_ns, _ in plan],
-            planned_acceleration=[a for _, a in plan],
+            planned_from_ns=planned_from_ns,
+            planned_acceleration=planned,
         )
 
     def _decide(self, now_ns: int) -> pb.Command:

@@ -7,6 +7,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.decision import View
+from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState, SpeedState
@@ -29,20 +30,31 @@ class Knowledge:
         keep_ns = scenario.beacon_age_limit_ns + scenario.system_delay_ns + 4 * scenario.period_ns
         self._own, self._ahead, self._behind = Motion(keep_ns), Motion(keep_ns), Motion(keep_ns)
         self._commanded = Motion(keep_ns)
-        self._commanded.learn(0, 0, 0.0, ())
+        self._commanded.learn(0, 0, 0.0, (), ())
         self._sense = pb.Sense()
         self._heard_ahead_ns = -1
         self._heard_behind: pb.Beacon | None = None
         self._heard_behind_ns = -1
+        self._set_up_estimates(scenario)
+
+    def _set_up_estimates(self, scenario: Scenario) -> None:
         acceleration_std = scenario.estimator.acceleration_std_mps2
-        error_std = scenario.sensors.error_std
-        self.speed = SpeedState(self._period_ns, acceleration_std, error_std)
-        self.link_ahead = LinkState(
-            self._period_ns, acceleration_std, error_std, front=self._ahead, rear=self._own
-        )
-        self.link_behind = LinkState(
-            self._period_ns, acceleration_std, error_std, front=self._own, rear=self._behind
-        )
+        error_std, control = scenario.sensors.error_std, scenario.control
+
+        def link(front: Motion, rear: Motion) -> LinkState:
+            return LinkState(
+                self._period_ns,
+                acceleration_std,
+                gap_error=ReadingError(error_std, control.desired_gap_m),
+                speed_error=ReadingError(error_std, control.desired_speed_mps),
+                front=front,
+                rear=rear,
+            )
+
+        self.link_ahead = link(front=self._ahead, rear=self._own)
+        self.link_behind = link(front=self._own, rear=self._behind)
+        own_error = ReadingError(error_std, control.desired_speed_mps)
+        self.speed = SpeedState(self._period_ns, acceleration_std, own_error)
 
     @property
     def age_ns(self) -> int:
@@ -51,28 +63,29 @@ class Knowledge:
             return -1
         return self._sense.time_ns - self._heard_behind_ns
 
-    def sense(self, sense: pb.Sense) -> list[tuple[int, float]]:
-        """Take in the own readings; returns the accelerations expected of oneself, from t_k on.
+    def sense(self, sense: pb.Sense) -> tuple[list[int], list[float]]:
+        """Take in the own readings; returns the accelerations expected of oneself from t_k on.
 
-        These are the commands, or the acceleration that was read where it contradicts them: a
-        driver's foot on the brake, a vehicle that stands.
+        Times (ns) and values (m/s²): the commands, or the acceleration that was read where it
+        contradicts them (a driver's foot on the brake, a vehicle that stands).
         """
         self._sense = sense
         start_ns, time_ns = sense.time_ns - self._period_ns, sense.time_ns
-        commanded = self._commanded.over(start_ns, time_ns)[1] / (self._period_ns * 1e-9)
-        if abs(sense.acceleration - commanded) > _CONTRADICTS:
-            plan = [(time_ns, sense.acceleration)]
+        reading = sense.acceleration
+        if abs(reading - self._commanded.mean(start_ns, time_ns)) > _CONTRADICTS:
+            plan = [time_ns], [reading]
         else:
             plan = self._commanded.steps_from(time_ns)
-        self._own.learn(start_ns, time_ns, sense.acceleration, plan)
+        self._own.learn(start_ns, time_ns, reading, *plan)
         return plan
 
     def hear(self, receive: pb.Receive) -> None:
         """Take in the frames that have arrived, then bring the estimates to t_k."""
         neighbours = (self._ahead_id, self._behind_id)
+        payloads = receive.beacon
         beacons = [
-            pb.Beacon.FromString(payload)
-            for source, payload in zip(receive.source, receive.beacon, strict=True)
+            pb.Beacon.FromString(payloads[row])
+            for row, source in enumerate(receive.source)
             if source in neighbours
         ]
         for beacon in sorted(beacons, key=lambda beacon: beacon.time_ns):
@@ -91,7 +104,7 @@ class Knowledge:
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""
-        self._commanded.learn(effective_ns, effective_ns, acceleration, ())
+        self._commanded.learn(effective_ns, effective_ns, acceleration, (), ())
 
     def read(self) -> View:
         """The newest readings, as they are."""
@@ -112,9 +125,14 @@ class Knowledge:
         )
 
     def _learn(self, motion: Motion, beacon: pb.Beacon) -> None:
-        plan = list(zip(beacon.planned_from_ns, beacon.planned_acceleration, strict=True))
-        start_ns = beacon.time_ns - self._period_ns
-        motion.learn(start_ns, beacon.time_ns, beacon.acceleration, plan)
+        time_ns = beacon.time_ns
+        motion.learn(
+            time_ns - self._period_ns,
+            time_ns,
+            beacon.acceleration,
+            beacon.planned_from_ns,
+            beacon.planned_acceleration,
+        )
 
     def _measure(self, link: LinkState, source: pb.Beacon | pb.Sense) -> None:
         if self._estimates and source.HasField("ahead"):

@@ -15,19 +15,22 @@ class Motion:
     the last. Where nothing is known it is 0.
     """
 
-    __slots__ = ("_from_ns", "_keep_ns", "_value")
+    __slots__ = ("_from_ns", "_keep_ns", "_read", "_reading", "_value")
 
     def __init__(self, keep_ns: int) -> None:
         self._keep_ns = keep_ns
         self._from_ns: list[int] = []
         self._value: list[float] = []
+        self._read = (0, 0)
+        self._reading = 0.0
 
     def learn(
         self,
         start_ns: int,
         end_ns: int,
         reading: float,
-        plan: Sequence[tuple[int, float]],
+        plan_from_ns: Sequence[int],
+        plan: Sequence[float],
     ) -> None:
         """Take a mean over [start, end] as read, and a plan from end_ns on.
 
@@ -40,22 +43,33 @@ class Motion:
             values.pop()
         times.append(start_ns)
         values.append(reading)
-        for effective_ns, acceleration in plan:
-            times.append(max(effective_ns, end_ns))
-            values.append(acceleration)
+        for from_ns in plan_from_ns:
+            times.append(from_ns if from_ns > end_ns else end_ns)
+        values.extend(plan)
         while len(times) > 1 and times[1] < end_ns - self._keep_ns:
             del times[0], values[0]
+        self._read, self._reading = (start_ns, end_ns), reading
 
     def forget(self) -> None:
         """Know nothing any more."""
         self._from_ns.clear()
         self._value.clear()
+        self._read = (0, 0)
+
+    def mean(self, t0_ns: int, t1_ns: int) -> float:
+        """Mean acceleration from t0 to t1, m/s²."""
+        if self._read == (t0_ns, t1_ns):
+            return self._reading
+        return self.over(t0_ns, t1_ns)[1] / ((t1_ns - t0_ns) * NS)
 
     def over(self, t0_ns: int, t1_ns: int) -> tuple[float, float]:
         """Displacement beyond uniform motion (m) and change of speed (m/s) from t0 to t1."""
         times, values = self._from_ns, self._value
         if not times:
             return 0.0, 0.0
+        if t0_ns >= times[-1]:  # nearly always: nothing changes after t0
+            dt = (t1_ns - t0_ns) * NS
+            return 0.5 * values[-1] * dt * dt, values[-1] * dt
         at = max(bisect_right(times, t0_ns) - 1, 0)
         dp = dv = 0.0
         now = t0_ns
@@ -69,11 +83,10 @@ class Motion:
             at += 1
         return dp, dv
 
-    def steps_from(self, time_ns: int) -> list[tuple[int, float]]:
-        """The step in force at `time_ns`, as from then, and those to come."""
+    def steps_from(self, time_ns: int) -> tuple[list[int], list[float]]:
+        """The step in force at `time_ns`, as from then, and those to come: times, values."""
         times, values = self._from_ns, self._value
         if not times:
-            return [(time_ns, 0.0)]
+            return [time_ns], [0.0]
         at = max(bisect_right(times, time_ns) - 1, 0)
-        later = list(zip(times[at + 1 :], values[at + 1 :], strict=True))
-        return [(time_ns, values[at]), *later]
+        return [time_ns, *times[at + 1 :]], values[at:]

@@ -23,22 +23,22 @@ class LinkState:
         self,
         period_ns: int,
         acceleration_std: float,
-        error_std: float,
         *,
+        gap_error: ReadingError,
+        speed_error: ReadingError,
         front: Motion,
         rear: Motion,
     ) -> None:
         self._period_ns = period_ns
         self._front, self._rear = front, rear
-        self._filter = Filter(period_ns * 1e-9, acceleration_std, size=2)
-        self._gap_error = ReadingError(error_std)
-        self._speed_error = ReadingError(error_std)
+        self._filter = Filter(period_ns * 1e-9, acceleration_std)
+        self._gap_error, self._speed_error = gap_error, speed_error
         self.measured_ns = -1
 
     @property
     def estimate(self) -> Relative | None:
         """State at `measured_ns`; None before the first reading."""
-        return Relative(*self._filter.x) if self._filter.started else None
+        return Relative(*self._filter.x) if self._filter.x else None
 
     @property
     def std(self) -> tuple[float, ...]:
@@ -47,12 +47,12 @@ class LinkState:
 
     def measure(self, time_ns: int, reading: Relative, speed: float) -> None:
         """Take in a reading of `time_ns`; `speed` (m/s) is about that of the vehicles."""
-        periods = round((time_ns - self.measured_ns) / self._period_ns)
+        periods = (time_ns - self.measured_ns) // self._period_ns
         if periods > _GIVE_UP_PERIODS:
             self._filter.reset()
-        started = self._filter.started
+        started = self._filter.x
         inputs = self._relative_accelerations(time_ns, periods) if started else ()
-        gap = self._filter.x[0] if started else reading.p
+        gap = started[0] if started else reading.p
         # The error of a relative speed is that of the absolute speed of the vehicle ahead.
         variances = (self._gap_error.variance(gap), self._speed_error.variance(speed))
         self._filter.step(inputs, reading, variances)
@@ -60,7 +60,7 @@ class LinkState:
 
     def predict(self, until_ns: int) -> Relative | None:
         """State at `until_ns`, with the accelerations known and planned of both vehicles."""
-        if not self._filter.started:
+        if not self._filter.x:
             return None
         p, v = self._filter.x
         front_dp, front_dv = self._front.over(self.measured_ns, until_ns)
@@ -70,22 +70,19 @@ class LinkState:
 
     def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
         """Mean of each period up to `time_ns`, m/s²."""
-        period_ns = self._period_ns
-        means = []
-        for back in range(periods, 0, -1):
-            start_ns = time_ns - back * period_ns
-            front = self._front.over(start_ns, start_ns + period_ns)[1]
-            rear = self._rear.over(start_ns, start_ns + period_ns)[1]
-            means.append((front - rear) / (period_ns * 1e-9))
-        return means
+        front, rear, period_ns = self._front.mean, self._rear.mean, self._period_ns
+        return [
+            front(start_ns, start_ns + period_ns) - rear(start_ns, start_ns + period_ns)
+            for start_ns in range(time_ns - periods * period_ns, time_ns, period_ns)
+        ]
 
 
 class SpeedState:
     """Filtered own speed at the start of the cycle."""
 
-    def __init__(self, period_ns: int, acceleration_std: float, error_std: float) -> None:
-        self._filter = Filter(period_ns * 1e-9, acceleration_std, size=1)
-        self._error = ReadingError(error_std)
+    def __init__(self, period_ns: int, acceleration_std: float, error: ReadingError) -> None:
+        self._filter = Filter(period_ns * 1e-9, acceleration_std)
+        self._error = error
 
     @property
     def estimate(self) -> float:
@@ -99,5 +96,5 @@ class SpeedState:
 
     def measure(self, reading: float, acceleration: float) -> None:
         """Take in a reading (m/s), one period after the last, with what acted since (m/s²)."""
-        about = self._filter.x[0] if self._filter.started else reading
+        about = self._filter.x[0] if self._filter.x else reading
         self._filter.step((acceleration,), (reading,), (self._error.variance(about),))

@@ -1,0 +1,86 @@
+"""Kalman gains, computed by filterpy, each only once.
+
+With F, Q, R given, covariance and gain depend on which periods brought a measurement, never on
+what was measured. So filters of the same model walk the same graph of covariances, vehicle by
+vehicle and link by link, and in a steady flow of measurements it ends in a point that leads to
+itself: filterpy's steady state.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from filterpy.kalman import KalmanFilter
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# The gain counts as settled when a step changes no entry of P by more than this share of P.
+_SETTLED: Final = 1e-13
+# Losses make ever new histories; past this many points they are computed but not kept.
+_KEEP: Final = 4_096
+
+
+class Covariance:
+    """A point of the graph: P (n, n) after an update, its gain K and its standard deviations."""
+
+    __slots__ = ("K", "P", "after", "std")
+
+    def __init__(self, P: Array, K: list[list[float]]) -> None:  # noqa: N803  # the field's letters
+        self.P = P
+        self.K = K
+        self.std = tuple(math.sqrt(variance) for variance in P.diagonal().tolist())
+        self.after: dict[int, Covariance] = {}
+
+
+class GainSchedule:
+    """The graph of one model: x = [p, v] or [v], period in s, σ_a in m/s², diagonal of R."""
+
+    def __init__(
+        self, period_s: float, acceleration_std: float, variances: tuple[float, ...]
+    ) -> None:
+        size = len(variances)
+        transition = np.array([[1.0, period_s], [0.0, 1.0]])
+        control = np.array([[0.5 * period_s**2], [period_s]])
+        kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
+        kalman.F = transition[-size:, -size:]
+        kalman.B = control[-size:]
+        kalman.H = np.eye(size)
+        kalman.Q = acceleration_std**2 * kalman.B @ kalman.B.T
+        kalman.R = np.diag(variances)
+        self._kalman = kalman
+        self._kept = 0
+        self.first = Covariance(kalman.R.copy(), np.eye(size).tolist())
+
+    def step(self, before: Covariance, periods: int) -> Covariance:
+        """Covariance after `periods` predictions and an update."""
+        known = before.after.get(periods)
+        if known is not None:
+            return known
+        after = self._compute(before, periods)
+        if self._kept < _KEEP:
+            self._kept += 1
+            before.after[periods] = after
+        return after
+
+    def _compute(self, before: Covariance, periods: int) -> Covariance:
+        kalman = self._kalman
+        kalman.P = before.P
+        for _ in range(periods):
+            kalman.predict()
+        kalman.update(np.zeros(kalman.dim_z))
+        change = np.abs(kalman.P - before.P).max()
+        if periods == 1 and change <= _SETTLED * np.abs(kalman.P).max():
+            return before
+        return Covariance(kalman.P, kalman.K.tolist())
+
+
+@lru_cache(maxsize=256)
+def gain_schedule(
+    period_s: float, acceleration_std: float, variances: tuple[float, ...]
+) -> GainSchedule:
+    """The schedule of a model, shared by all filters of this process."""
+    return GainSchedule(period_s, acceleration_std, variances)
