@@ -39,17 +39,21 @@ class Inbox:
 
     __slots__ = ("_mail",)
 
-    def __init__(self, mail: dict[Topic[Any], list[Any]]) -> None:
+    def __init__(self, mail: dict[Topic[Any], list[tuple[Any, bytes]]]) -> None:
         self._mail = mail
 
     def all(self, topic: Topic[M]) -> list[M]:
         """Messages of `topic`, in order of vehicle."""
-        return self._mail[topic]
+        return [message for message, _ in self._mail[topic]]
 
     def one(self, topic: Topic[M]) -> M:
         """The one message of `topic`."""
-        (message,) = self._mail[topic]
+        ((message, _),) = self._mail[topic]
         return message  # type: ignore[no-any-return]  # the mailbox decoded it by this topic
+
+    def payloads(self, topic: Topic[M]) -> list[bytes]:
+        """Messages of `topic` as they were on the wire, in order of vehicle."""
+        return [payload for _, payload in self._mail[topic]]
 
 
 class Agent(Protocol):

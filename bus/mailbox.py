@@ -19,7 +19,7 @@ class Mailbox:
 
     def __init__(self) -> None:
         self.rejected: Counter[str] = Counter()
-        self._mail: dict[tuple[Topic[Any], int], dict[int, Any]] = {}
+        self._mail: dict[tuple[Topic[Any], int], dict[int, tuple[Any, bytes]]] = {}
         self._taken: dict[Topic[Any], int] = {}
 
     def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> None:
@@ -37,7 +37,7 @@ class Mailbox:
         if vehicle in slot:
             self.rejected["duplicate"] += 1
             return
-        slot[vehicle] = message
+        slot[vehicle] = (message, payload)
 
     def has(self, topic: Topic[Any], cycle: int, count: int) -> bool:
         """Whether `count` vehicles' messages of that topic and cycle are here."""
@@ -58,7 +58,7 @@ class Mailbox:
 
     def take(self, barrier: Barrier) -> Inbox:
         """Messages of a met barrier, in the barrier's order of vehicles."""
-        mail: dict[Topic[Any], list[Any]] = {}
+        mail: dict[Topic[Any], list[tuple[Any, bytes]]] = {}
         for topic, ids in barrier.needs:
             slot = self._mail.pop((topic, barrier.cycle))
             self._taken[topic] = barrier.cycle

@@ -80,6 +80,11 @@ class PackedCodec:
         return found
 
 
+def encode_bytes(number: int, payload: bytes) -> bytes:
+    """One value of a bytes or message field, to be appended to a serialized message."""
+    return _varint(number << 3 | _LENGTH_DELIMITED) + _varint(len(payload)) + payload
+
+
 def _varint(value: int) -> bytes:
     parts = bytearray()
     while value > 0x7F:

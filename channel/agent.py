@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
+from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
+from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
-# Columns of the frames in flight: source and destination (from 1), sequence, arrival.
-_SOURCE, _DESTINATION, _SEQUENCE, _ARRIVED = range(4)
 
 
 class ChannelAgent:
@@ -33,11 +32,11 @@ class ChannelAgent:
     vehicle = 0
 
     def __init__(self, scenario: Scenario) -> None:
-        channel = scenario.channel
-        self._size, self._cycles = scenario.fleet.size, scenario.cycles
+        channel, size = scenario.channel, scenario.fleet.size
+        self._cycles = scenario.cycles
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._ring_length_m = scenario.ring_length_m
-        self._vehicles = range(1, self._size + 1)
+        self._vehicles = range(1, size + 1)
         self._medium = Medium(
             technology=TECHNOLOGIES[channel.technology],
             seed=scenario.seed,
@@ -47,8 +46,7 @@ class ChannelAgent:
         )
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
-        self._flying: NDArray[np.int64] = np.zeros((4, 0), dtype=np.int64)
-        self._payloads: dict[tuple[int, int], bytes] = {}
+        self._air = Air(size)
 
     @property
     def barrier(self) -> Barrier | None:
@@ -62,60 +60,24 @@ class ChannelAgent:
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Decide the fate of the cycle's frames and deliver what is due."""
-        links: list[Envelope] = []
-        if self._cycle >= 0:
-            links = [self._transmit(inbox.all(BEACON), inbox.one(POSITIONS))]
+        links = [self._transmit(inbox)] if self._cycle >= 0 else []
         delivery = self._cycle + self._ahead
         self._cycle += 1
-        return (self._deliver(delivery) if delivery < self._cycles else []) + links
+        if delivery == self._cycles:
+            return links
+        return self._air.deliver(delivery, delivery * self._period_ns + self._wait_ns) + links
 
-    def _transmit(self, beacons: list[pb.Beacon], positions: pb.Positions) -> Envelope:
+    def _transmit(self, inbox: Inbox) -> Envelope:
         """Put a cycle's frames on the air; returns what becomes of them."""
-        sequence = np.array([beacon.sequence for beacon in beacons], dtype=np.int64)
-        for beacon in beacons:
-            self._payloads[beacon.vehicle, beacon.sequence] = beacon.SerializeToString()
+        positions = inbox.one(POSITIONS)
         sent_ns = positions.time_ns
+        sequence = np.array([beacon.sequence for beacon in inbox.all(BEACON)], dtype=np.int64)
         position = np.array(positions.position)
         reach = pairs(position, self._medium.technology.range_m, self._ring_length_m)
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
         fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium)
-        arrives = fate.arrived_ns >= 0
-        rows = (reach.source + 1, reach.destination + 1, sequence[reach.source], fate.arrived_ns)
-        self._flying = np.concatenate([self._flying, np.stack(rows)[:, arrives]], axis=1)
+        self._air.send(inbox.payloads(BEACON), reach.source, reach.destination, fate.arrived_ns)
         return _links(self._cycle, sent_ns, reach, sequence, fate)
-
-    def _deliver(self, cycle: int) -> list[Envelope]:
-        """Receives of a cycle: for each vehicle what has arrived by then, in order of arrival."""
-        until_ns = cycle * self._period_ns + self._wait_ns
-        due = self._flying[:, self._flying[_ARRIVED] <= until_ns]
-        self._flying = self._flying[:, self._flying[_ARRIVED] > until_ns]
-        due = due[:, np.lexsort((due[_SEQUENCE], due[_SOURCE], due[_ARRIVED], due[_DESTINATION]))]
-        bounds = np.searchsorted(due[_DESTINATION], np.arange(1, self._size + 2)).tolist()
-        source, _, sequence, arrived_ns = due.tolist()
-        payloads = self._payloads
-        receives = []
-        for vehicle in self._vehicles:
-            rows = slice(bounds[vehicle - 1], bounds[vehicle])
-            keys = zip(source[rows], sequence[rows], strict=True)
-            receive = pb.Receive(
-                cycle=cycle,
-                time_ns=until_ns,
-                vehicle=vehicle,
-                source=source[rows],
-                arrived_ns=arrived_ns[rows],
-                beacon=[payloads[key] for key in keys],
-            )
-            receives.append(Envelope(RECEIVE, vehicle, receive.SerializeToString()))
-        self._forget_landed()
-        return receives
-
-    def _forget_landed(self) -> None:
-        if self._flying.shape[1] == 0:
-            self._payloads.clear()
-            return
-        source, _, sequence, _ = self._flying.tolist()
-        flying = set(zip(source, sequence, strict=True))
-        self._payloads = {key: self._payloads[key] for key in self._payloads if key in flying}
 
 
 def _links(cycle: int, sent_ns: int, reach: Pairs, sequence: NDArray[Any], fate: Fate) -> Envelope:

@@ -49,23 +49,33 @@ def fates(
     A frame that arrives by `deadline_ns` comes with the first delivery after it was sent. Draws
     are keyed by seed, source, destination and sequence number.
     """
-    lost, share = uniforms(
+    lost, delay_ns = _draw(pairs, sequence, medium)
+    latency_ns = delay_ns + medium.frame_time_ns * _turn(pairs, medium.technology.broadcast)
+    arrived_ns = sent_ns + latency_ns
+    outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
+    outcome[lost] = pb.OUTCOME_LOST
+    outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
+    gone = (outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_OUT_OF_RANGE)
+    latency_ns[gone] = arrived_ns[gone] = -1
+    return Fate(latency_ns, arrived_ns, outcome.astype(np.uint32))
+
+
+def _draw(
+    pairs: Pairs, sequence: NDArray[np.int64], medium: Medium
+) -> tuple[NDArray[np.bool_], Ints]:
+    """Which frames are lost, and the delay of each (ns), where it is not."""
+    rows = len(pairs.source)
+    low_ns, high_ns = (round(bound * 1e6) for bound in medium.technology.delay_ms)
+    if medium.loss == 0.0 and low_ns == high_ns:  # nothing to draw
+        return np.zeros(rows, dtype=np.bool_), np.full(rows, low_ns)
+    loss, share = uniforms(
         medium.seed,
         Purpose.LOSS_AND_LATENCY,
         pairs.source + 1,
         pairs.destination + 1,
         sequence[pairs.source],
     )
-    low_ms, high_ms = medium.technology.delay_ms
-    delay_ns = round(low_ms * 1e6) + np.floor(share * ((high_ms - low_ms) * 1e6)).astype(np.int64)
-    latency_ns = delay_ns + medium.frame_time_ns * _turn(pairs, medium.technology.broadcast)
-    arrived_ns = sent_ns + latency_ns
-    outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
-    outcome[lost < medium.loss] = pb.OUTCOME_LOST
-    outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
-    gone = (outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_OUT_OF_RANGE)
-    latency_ns[gone] = arrived_ns[gone] = -1
-    return Fate(latency_ns, arrived_ns, outcome.astype(np.uint32))
+    return loss < medium.loss, low_ns + np.floor(share * (high_ns - low_ns)).astype(np.int64)
 
 
 def _turn(pairs: Pairs, broadcast: bool) -> Ints:

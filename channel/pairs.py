@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -29,13 +30,19 @@ def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pair
     """
     n = len(position)
     if ring_length_m is not None and 2 * range_m >= ring_length_m:
-        source, destination = (index.ravel() for index in np.indices((n, n), dtype=np.int64))
-        keep = source != destination
-        source, destination = source[keep], destination[keep]
+        source, destination = _everyone(n)
     else:
         source, destination = _near(position, range_m, ring_length_m)
     distance = _distance(position[source] - position[destination], ring_length_m)
     return Pairs(source, destination, distance, distance <= range_m)
+
+
+@lru_cache(maxsize=4)
+def _everyone(n: int) -> tuple[Ints, Ints]:
+    """Every ordered pair of n vehicles."""
+    source, destination = (index.ravel() for index in np.indices((n, n), dtype=np.int64))
+    keep = source != destination
+    return source[keep], destination[keep]
 
 
 def _distance(offset: Floats, ring_length_m: float | None) -> Floats:

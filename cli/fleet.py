@@ -55,12 +55,15 @@ def process_table(
     return [
         Program(
             name="world",
+            run=labels.run,
             main=partial(run_world, scenario, labels, log, world_wiring, on_clock),
             on_orphaned=signal.SIGTERM,  # it ends the log first
         ),
-        Program(name="channel", main=partial(run_channel, scenario, channel_wiring)),
+        Program(
+            name="channel", run=labels.run, main=partial(run_channel, scenario, channel_wiring)
+        ),
         *(
-            Program(name=name, main=partial(run_vehicle, scenario, vehicle, wiring))
+            Program(name=name, run=labels.run, main=partial(run_vehicle, scenario, vehicle, wiring))
             for vehicle, name in zip(vehicles, names, strict=True)
         ),
     ]

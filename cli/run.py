@@ -17,6 +17,7 @@ from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.supervisor import Death, Supervisor
 from zenvoy.scenarios import Loaded, effective_json
 from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.knowledge import prepare
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.recorder import Labels, Recorder
 
@@ -91,6 +92,7 @@ def run_on_zenoh(loaded: Loaded, folder: Path, progress: RunProgress) -> Death |
             sockets,
             clock_to(write_fd),
         )
+        prepare(loaded.scenario)
         with Supervisor(table, folder / "logs") as supervisor:
             return supervisor.watch(read_fd, progress.feed)
     finally:

@@ -27,9 +27,13 @@ EXIT_STALLED: Final = 4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A row of the process table: a name, what it runs, and how it ends when its parent dies."""
+    """A row of the process table: a name, what it runs, and how it ends when its parent dies.
+
+    `run` stands beside the name in `ps`.
+    """
 
     name: str
+    run: str
     main: Callable[[], None]
     on_orphaned: signal.Signals = signal.SIGKILL
 
@@ -69,7 +73,7 @@ def _be_child(program: Program, log: Path, parent: int) -> NoReturn:
         file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
         os.dup2(file, 1)
         os.dup2(file, 2)
-        setproctitle(f"zenvoy {program.name}")
+        setproctitle(f"zenvoy {program.name} {program.run}")
         prefer_throughput()
         program.main()
         code = 0

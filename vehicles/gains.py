@@ -84,3 +84,15 @@ def gain_schedule(
 ) -> GainSchedule:
     """The schedule of a model, shared by all filters of this process."""
     return GainSchedule(period_s, acceleration_std, variances)
+
+
+def settle(schedule: GainSchedule) -> int:
+    """Walk a schedule to its settled point; returns the number of steps. Worth doing before a fork.
+
+    Children then share what all of them would compute, as long as every period brings a
+    measurement.
+    """
+    point, steps = schedule.first, 0
+    while steps < _KEEP and (after := schedule.step(point, 1)) is not point:
+        point, steps = after, steps + 1
+    return steps

@@ -8,6 +8,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.decision import View
 from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.gains import gain_schedule, settle
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState, SpeedState
@@ -137,6 +138,16 @@ class Knowledge:
     def _measure(self, link: LinkState, source: pb.Beacon | pb.Sense) -> None:
         if self._estimates and source.HasField("ahead"):
             link.measure(source.time_ns, _relative(source.ahead), source.speed)
+
+
+def prepare(scenario: Scenario) -> None:
+    """Compute the gains of a steady flow, for the processes that are forked from this one."""
+    error_std, control = scenario.sensors.error_std, scenario.control
+    gap = ReadingError(error_std, control.desired_gap_m).variance(control.desired_gap_m)
+    speed = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
+    for variances in ((gap, speed), (speed,)):
+        period_s = scenario.period_ns * 1e-9
+        settle(gain_schedule(period_s, scenario.estimator.acceleration_std_mps2, variances))
 
 
 def _relative(link: pb.Link) -> Relative:

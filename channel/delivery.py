@@ -1,0 +1,86 @@
+"""Frames on the air, and their delivery in order of arrival."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.packed import encode_bytes
+from zenvoy.bus.topics import RECEIVE
+
+Ints = NDArray[np.int64]
+
+_SOURCE: Final = pb.Receive.SOURCE_FIELD_NUMBER
+_ARRIVED: Final = pb.Receive.ARRIVED_NS_FIELD_NUMBER
+_BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
+
+
+class Air:
+    """Frames in flight to a fleet of `size` vehicles.
+
+    A receive is put together from encoded pieces: a beacon is encoded once, not once for each of
+    its receivers, and the columns are slices of arrays.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._vehicles = range(1, size + 1)
+        self._first_number = 0
+        self._beacons: dict[int, bytes] = {}  # by running number of the frame
+        # A row per frame and receiver: number and source of the frame, destination, arrival (ns).
+        self._number, self._source, self._destination, self._arrived_ns = (
+            np.zeros(0, dtype=np.int64) for _ in range(4)
+        )
+
+    def send(
+        self, payloads: list[bytes], source: Ints, destination: Ints, arrived_ns: Ints
+    ) -> None:
+        """Put a frame of each vehicle on the air, in order of vehicle.
+
+        The other arrays have a row per frame and receiver: indices from 0 of both, and when it
+        arrives, ns; -1: never.
+        """
+        first = self._first_number
+        self._first_number += len(payloads)
+        for number, payload in enumerate(payloads, first):
+            self._beacons[number] = encode_bytes(_BEACON, payload)
+        comes = arrived_ns >= 0
+        self._number = np.concatenate([self._number, first + source[comes]])
+        self._source = np.concatenate([self._source, source[comes] + 1])
+        self._destination = np.concatenate([self._destination, destination[comes] + 1])
+        self._arrived_ns = np.concatenate([self._arrived_ns, arrived_ns[comes]])
+
+    def deliver(self, cycle: int, until_ns: int) -> list[Envelope]:
+        """Receives of a cycle: for each vehicle what has arrived by `until_ns`, in that order."""
+        due = np.flatnonzero(self._arrived_ns <= until_ns)
+        keys = (self._number[due], self._arrived_ns[due], self._destination[due])
+        due = due[np.lexsort(keys)]
+        bounds = np.searchsorted(self._destination[due], [*self._vehicles, len(self._vehicles) + 1])
+        source = self._source[due].astype("<u4").tobytes()
+        arrived = self._arrived_ns[due].astype("<i8").tobytes()
+        beacons = [self._beacons[number] for number in self._number[due].tolist()]
+        receives = []
+        spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
+        for vehicle, (start, end) in zip(self._vehicles, spans, strict=True):
+            head = pb.Receive(cycle=cycle, time_ns=until_ns, vehicle=vehicle)
+            pieces = (
+                head.SerializeToString(),
+                encode_bytes(_SOURCE, source[4 * start : 4 * end]),
+                encode_bytes(_ARRIVED, arrived[8 * start : 8 * end]),
+                *beacons[start:end],
+            )
+            receives.append(Envelope(RECEIVE, vehicle, b"".join(pieces)))
+        self._forget(due)
+        return receives
+
+    def _forget(self, landed: Ints) -> None:
+        """Drop the rows that were delivered, and the frames that nobody waits for any more."""
+        flies = np.ones(len(self._number), dtype=np.bool_)
+        flies[landed] = False
+        self._number, self._source = self._number[flies], self._source[flies]
+        self._destination, self._arrived_ns = self._destination[flies], self._arrived_ns[flies]
+        wanted = np.unique(self._number).tolist()
+        self._beacons = {number: self._beacons[number] for number in wanted}
