@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from google.protobuf.message import Message
@@ -25,8 +24,7 @@ class Envelope(NamedTuple):
     time_ns: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Barrier:
+class Barrier(NamedTuple):
     """What an agent needs before its next step, and the instant of that step (ns)."""
 
     now_ns: int

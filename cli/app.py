@@ -129,6 +129,31 @@ def info(log: LogArgument) -> None:
         _refuse(str(error))
 
 
+@app.command()
+def analyze(
+    log: LogArgument,
+    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
+) -> None:
+    """Print the summary of a log, and draw an overview of the run (PNG and SVG)."""
+    from zenvoy.analysis.figures import overview  # noqa: PLC0415  # as above
+    from zenvoy.analysis.log import LogError  # noqa: PLC0415
+    from zenvoy.analysis.summary import summarize  # noqa: PLC0415
+    from zenvoy.cli.report import print_summary  # noqa: PLC0415
+
+    folder = log.parent if out is None else out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        print_summary(console, summarize(log))
+        figure = overview(log)
+        for suffix in ("png", "svg"):
+            figure.savefig(folder / f"overview.{suffix}", dpi=150)
+            console.print(f"{folder / 'overview'}.{suffix}", highlight=False, soft_wrap=True)
+    except LogError as error:
+        _refuse(str(error))
+    except OSError as error:
+        _refuse(f"--out {folder}: {error.strerror}")
+
+
 def main() -> None:
     """Entry point of the console script."""
     try:

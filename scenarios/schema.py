@@ -76,13 +76,11 @@ class Control(Section):
     system_delay_ms: NonNegative = 89.0
     beacon_age_limit_ms: Positive = 1000.0
 
-    def model_at(self, time_ns: int) -> Model:
-        """Model in force at `time_ns` of simulation time."""
-        model = self.model
-        for switch in self.schedule:
-            if round(switch.at_s * NS_PER_S) <= time_ns:
-                model = switch.model
-        return model
+    @property
+    def phases(self) -> list[tuple[int, Model]]:
+        """Each model with the time (ns) from which it is in force, in order of time."""
+        switches = [(round(switch.at_s * NS_PER_S), switch.model) for switch in self.schedule]
+        return [(0, self.model), *switches]
 
 
 class Sensors(Section):

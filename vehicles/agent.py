@@ -27,7 +27,7 @@ class VehicleAgent:
         control, size = scenario.control, scenario.fleet.size
         self.vehicle = vehicle
         self.name = vehicle_name(vehicle, size)
-        self._control = control
+        self._phases = control.phases
         self._place = _place(scenario, vehicle)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
@@ -41,7 +41,7 @@ class VehicleAgent:
             a_max=control.acceleration_limit_mps2,
         )
         ahead_id, behind_id = (vehicle - 2) % size + 1, vehicle % size + 1
-        self._estimates = "PBCM" in {control.model, *(s.model for s in control.schedule)}
+        self._estimates = "PBCM" in {model for _, model in self._phases}
         self._known = Knowledge(scenario, ahead_id, behind_id, self._estimates)
         self._cycle = 0
         self._senses = True
@@ -90,7 +90,9 @@ class VehicleAgent:
         if age_ns > self._age_limit_ns:
             read = read._replace(behind=None)
         predicted = self._known.predict(effective_ns) if self._estimates else None
-        model = self._control.model_at(now_ns)
+        while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
+            del self._phases[0]
+        model = self._phases[0][1]
         decision = decide(
             model, self._place, read, predicted if model == "PBCM" else None, self._law
         )

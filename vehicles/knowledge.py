@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -89,7 +90,7 @@ class Knowledge:
             for row, source in enumerate(receive.source)
             if source in neighbours
         ]
-        for beacon in sorted(beacons, key=lambda beacon: beacon.time_ns):
+        for beacon in sorted(beacons, key=attrgetter("time_ns")):
             if beacon.vehicle == self._ahead_id and beacon.time_ns > self._heard_ahead_ns:
                 self._heard_ahead_ns = beacon.time_ns
                 self._learn(self._ahead, beacon)
