@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
+from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
 from zenvoy.bus.packed import PackedCodec
@@ -40,14 +42,17 @@ def read_facts(path: Path) -> Facts:
     """Metadata, scenario and message counts by topic; raises LogError."""
     try:
         with path.open("rb") as file:
+            _check_ends(path, file)
             reader = make_reader(file)
             summary = reader.get_summary()
             records = {record.name: record.metadata for record in reader.iter_metadata()}
             texts = {item.name: item.data.decode() for item in reader.iter_attachments()}
-    except (OSError, McapError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: {error}") from error
+    except OSError as error:
+        raise LogError(f"{path}: {error.strerror}") from error
+    except (McapError, UnicodeDecodeError) as error:
+        raise LogError(f"{path}: damaged: {error or type(error).__name__}") from error
     if summary is None or summary.statistics is None or "zenvoy.run" not in records:
-        raise LogError(f"{path}: not the log of a run, or cut off before its end")
+        raise LogError(f"{path}: an MCAP file, but not the log of a run")
     scenario = Scenario.model_validate_json(texts["effective.json"])
     counts = {topic.logged_as or "": 0 for topic in LOGGED}
     for channel, count in summary.statistics.channel_message_counts.items():
@@ -87,6 +92,18 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, bytes]]:
         found = make_reader(file).iter_messages(topics=list(topics), log_time_order=False)
         for _, channel, message in found:
             yield channel.topic, message.data
+
+
+def _check_ends(path: Path, file: BinaryIO) -> None:
+    """See whether the file begins and ends like an MCAP file; raises LogError."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        raise LogError(f"{path}: not an MCAP file")
+    file.seek(max(0, size - len(MCAP0_MAGIC)))
+    if size < 2 * len(MCAP0_MAGIC) or file.read() != MCAP0_MAGIC:
+        raise LogError(f"{path}: cut off before its end; the run was killed, or the copy failed")
+    file.seek(0)
 
 
 def as_json(values: object) -> str:

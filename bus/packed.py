@@ -57,7 +57,8 @@ class PackedCodec:
     def decode(self, payload: bytes) -> dict[str, NDArray[Any]]:
         """Arrays by field name: 1-d for repeated fields, 0-d for single ones; absent ones too.
 
-        Raises ValueError where the payload has a field that the type does not, or is cut.
+        Raises ValueError where the payload has a field that the type does not, is cut, or has a
+        column in pieces (which no encoder of this project makes).
         """
         found: dict[str, NDArray[Any]] = {
             name: np.zeros(0 if repeated else (), dtype)
@@ -74,6 +75,10 @@ class PackedCodec:
                 size, at = _read_varint(payload, at)
             if at + size > len(payload):
                 raise ValueError(f"field {name} is cut")
+            if size % dtype.itemsize:
+                raise ValueError(f"field {name} ends within a number")
+            if repeated and found[name].size:
+                raise ValueError(f"field {name} comes in pieces")
             column = np.frombuffer(payload, dtype, size // dtype.itemsize, at)
             found[name] = column if repeated else column.reshape(())
             at += size

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
 from zenvoy.bus.clock import stamp, wall_ns
 from zenvoy.bus.in_process import InProcessBus
@@ -73,7 +77,8 @@ def run_in_process(loaded: Loaded, folder: Path, progress: RunProgress) -> None:
         ]
         recorder.start_clock()
         try:
-            InProcessBus(agents, recorder.log).run()
+            with _interrupted_between(recorder):
+                InProcessBus(agents, recorder.log).run()
         except KeyboardInterrupt:
             recorder.end = "stopped"
             raise
@@ -101,6 +106,34 @@ def run_on_zenoh(loaded: Loaded, folder: Path, progress: RunProgress) -> Death |
         shutil.rmtree(sockets, ignore_errors=True)
 
 
-def _seldom(progress: RunProgress) -> Callable[..., None]:
+@contextmanager
+def _interrupted_between(recorder: Recorder) -> Iterator[None]:
+    """Let SIGINT, SIGTERM and SIGHUP end the run between two messages of the log, not within one.
+
+    Raises KeyboardInterrupt out of the recorder's `on_clock`.
+    """
+    asked = False
+    show = recorder.on_clock
+
+    def ask(_signal: int, _frame: FrameType | None) -> None:
+        nonlocal asked
+        asked = True
+
+    def tick(clock: pb.Clock) -> None:
+        show(clock)
+        if asked:
+            raise KeyboardInterrupt
+
+    recorder.on_clock = tick
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, ask) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _seldom(progress: RunProgress) -> Callable[[pb.Clock], None]:
     """Shows one clock message in ten, so that showing costs nothing."""
     return lambda clock: progress.show(clock) if clock.cycle % 10 == 0 else None

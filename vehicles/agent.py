@@ -40,7 +40,8 @@ class VehicleAgent:
             v_des=control.desired_speed_mps,
             a_max=control.acceleration_limit_mps2,
         )
-        ahead_id, behind_id = (vehicle - 2) % size + 1, vehicle % size + 1
+        ahead_id = 0 if self._place is Place.FIRST else (vehicle - 2) % size + 1
+        behind_id = 0 if self._place is Place.LAST else vehicle % size + 1
         self._estimates = "PBCM" in {model for _, model in self._phases}
         self._known = Knowledge(scenario, ahead_id, behind_id, self._estimates)
         self._cycle = 0

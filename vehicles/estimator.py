@@ -21,7 +21,7 @@ _RESCALE: Final = 1.25
 class ReadingError:
     """Variance of readings that are wrong by a share of what they read.
 
-    `nominal` is a usual reading; the variance is exact for it.
+    `nominal` is a usual reading; the variance is exact for it as long as no other size came.
     """
 
     __slots__ = ("_high", "_low", "_nominal", "_share", "_variance")

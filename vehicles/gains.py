@@ -61,7 +61,7 @@ class GainSchedule:
         if known is not None:
             return known
         after = self._compute(before, periods)
-        if self._kept < _KEEP:
+        if self._kept < _KEEP or after is before:
             self._kept += 1
             before.after[periods] = after
         return after

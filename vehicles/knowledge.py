@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from operator import attrgetter
 from typing import Final
+
+from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
@@ -86,9 +89,9 @@ class Knowledge:
         neighbours = (self._ahead_id, self._behind_id)
         payloads = receive.beacon
         beacons = [
-            pb.Beacon.FromString(payloads[row])
+            beacon
             for row, source in enumerate(receive.source)
-            if source in neighbours
+            if source in neighbours and (beacon := self._understood(payloads[row]))
         ]
         for beacon in sorted(beacons, key=attrgetter("time_ns")):
             if beacon.vehicle == self._ahead_id and beacon.time_ns > self._heard_ahead_ns:
@@ -103,6 +106,21 @@ class Knowledge:
         self._measure(self.link_ahead, self._sense)
         if self._estimates:
             self.speed.measure(self._sense.speed, self._sense.acceleration)
+
+    def _understood(self, payload: bytes) -> pb.Beacon | None:
+        """Beacon in a frame; None where it makes no sense: anyone may send anything."""
+        try:
+            beacon = pb.Beacon.FromString(payload)
+        except DecodeError:
+            return None
+        numbers = beacon.acceleration + beacon.speed + beacon.ahead.gap + beacon.ahead.speed
+        plan = beacon.planned_acceleration
+        makes_sense = (
+            isfinite(numbers + sum(plan))
+            and beacon.time_ns <= self._sense.time_ns
+            and len(plan) == len(beacon.planned_from_ns)
+        )
+        return beacon if makes_sense else None
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""

@@ -63,7 +63,7 @@ class Fleet:
         )
         collided = [i for i in moved if i not in self.touching]
         near = self.road.gaps(self.position) < self._length_m + _APART_M
-        self.touching = frozenset(np.flatnonzero(near).tolist())
+        self.touching = (self.touching | set(moved)) & set(np.flatnonzero(near).tolist())
         return collided
 
     def _changes(self, time_ns: int) -> list[int]:

@@ -1,0 +1,179 @@
+"""What becomes of frames: time on the air, loss, latency and outcome."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.pairs import Pairs, pairs
+from zenvoy.channel.technologies import TECHNOLOGIES
+
+MS_NS = 1_000_000
+RING_M = 1_500.0
+EVENLY = np.arange(39, -1, -1.0) * 37.5
+
+
+def medium(name: str, *, loss: float = 0.0, seed: int = 1, mbps: float | None = None) -> Medium:
+    return Medium(
+        technology=TECHNOLOGIES[name], seed=seed, loss=loss, frame_bytes=300, bit_rate_mbps=mbps
+    )
+
+
+def send(
+    over: Medium, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int = 11 * MS_NS
+) -> tuple[Pairs, Fate]:
+    reach = pairs(EVENLY, over.technology.range_m, RING_M)
+    numbers = np.full(len(EVENLY), sequence)
+    return reach, fates(reach, numbers, sent_ns, sent_ns + wait_ns, over)
+
+
+@pytest.mark.parametrize(
+    ("name", "mbps", "time_ns"),
+    [
+        ("ieee80211p", None, 400_000),  # 2400 bit at 6 Mbit/s
+        ("ieee80211p", 27.0, 88_889),
+        ("ieee80211px", None, 40_000),
+        ("lte-a-pro", None, 800),
+        ("5g-mmwave", None, 343),
+    ],
+)
+def test_time_on_the_air(name: str, mbps: float | None, time_ns: int) -> None:
+    assert medium(name, mbps=mbps).frame_time_ns == time_ns
+
+
+# Table I of the paper: range, delay from and to, broadcast.
+TABLE = {
+    "ieee80211p": (1_000.0, 10, 10, True),
+    "ieee80211px": (1_000.0, 10, 10, True),
+    "lte-a-pro": (30_000.0, 20, 80, True),
+    "5g-mmwave": (50.0, 10, 10, False),
+}
+
+
+def test_table_of_technologies() -> None:
+    assert {
+        name: (of.range_m, *of.delay_ms, of.broadcast) for name, of in TECHNOLOGIES.items()
+    } == TABLE
+    assert all(name == of.name for name, of in TECHNOLOGIES.items())
+
+
+@pytest.mark.parametrize("name", list(TABLE))
+def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
+    over = medium(name)
+    latencies = []
+    for sequence in range(30):
+        sent_ns = sequence * 100 * MS_NS
+        _, fate = send(over, sequence=sequence, sent_ns=sent_ns)
+        assert (fate.arrived_ns == sent_ns + fate.latency_ns).all()
+        latencies.append(fate.latency_ns)
+    latency_ns = np.concatenate(latencies)
+    _, low_ms, high_ms, broadcast = TABLE[name]
+    copies = 1 if broadcast else 2  # two neighbours within 50 m
+    assert latency_ns.min() >= low_ms * MS_NS + over.frame_time_ns
+    assert latency_ns.max() <= high_ms * MS_NS + copies * over.frame_time_ns
+    if low_ms < high_ms:  # uniform between: mean and extremes of thousands of draws
+        share = (latency_ns - over.frame_time_ns) / MS_NS / (high_ms - low_ms)
+        share -= low_ms / (high_ms - low_ms)
+        n = len(share)
+        assert share.mean() == pytest.approx(0.5, abs=3.0 / math.sqrt(12 * n))
+        assert share.var() == pytest.approx(1.0 / 12.0, rel=3.0 * math.sqrt(0.8 / n))
+        assert share.min() < 20.0 / n
+        assert share.max() > 1.0 - 20.0 / n
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.05, 0.3, 1.0])
+def test_share_of_losses(loss: float) -> None:
+    """Within 2.58 standard deviations, which right draws leave with probability 1 %."""
+    over, lost, n = medium("ieee80211p", loss=loss), 0, 0
+    for sequence in range(20):
+        _, fate = send(over, sequence=sequence)
+        gone = fate.outcome == pb.OUTCOME_LOST
+        assert (fate.arrived_ns[gone] == -1).all()
+        assert (fate.latency_ns[gone] == -1).all()
+        assert (fate.outcome[~gone] == pb.OUTCOME_DELIVERED).all()
+        lost, n = lost + int(gone.sum()), n + len(gone)
+    assert abs(lost - n * loss) <= 2.58 * math.sqrt(n * loss * (1.0 - loss))
+
+
+def test_each_frame_receiver_and_seed_has_its_own_luck() -> None:
+    def outcomes(sequence: int, seed: int = 1) -> list[int]:
+        _, fate = send(medium("ieee80211p", loss=0.5, seed=seed), sequence=sequence)
+        outcome: list[int] = fate.outcome.tolist()
+        return outcome
+
+    assert outcomes(1) == outcomes(1)
+    assert outcomes(1) != outcomes(2)
+    assert outcomes(1) != outcomes(1, seed=2)
+    reach, _ = send(medium("ieee80211p"))
+    there = dict(
+        zip(zip(reach.source.tolist(), reach.destination.tolist(), strict=True), outcomes(1),
+            strict=True)
+    )  # fmt: skip
+    assert any(there[i, j] != there[j, i] for i, j in there)
+
+
+def test_luck_does_not_depend_on_who_else_is_there() -> None:
+    over = medium("lte-a-pro", loss=0.5)
+    few = pairs(EVENLY[:5], 30_000.0, None)
+    some, alone = send(over)[1], fates(few, np.zeros(5, dtype=np.int64), 0, 11 * MS_NS, over)
+    reach, _ = send(over)
+    rows = (reach.source < 5) & (reach.destination < 5)
+    np.testing.assert_array_equal(some.arrived_ns[rows], alone.arrived_ns)
+
+
+def test_copies_go_out_one_after_the_other_to_the_nearest_first() -> None:
+    """Distances 10, 20 and 40 m: 5G mmWave has no broadcast and reaches 50 m."""
+    over = medium("5g-mmwave", mbps=1.0)  # 2.4 ms a copy
+    reach = pairs(np.array([100.0, 90.0, 60.0, 50.0]), 50.0, None)
+    fate = fates(reach, np.zeros(4, dtype=np.int64), 0, 100 * MS_NS, over)
+    latency_ms = {
+        (int(i), int(j)): ns / MS_NS
+        for i, j, ns in zip(reach.source, reach.destination, fate.latency_ns, strict=True)
+    }
+    assert latency_ms == {
+        (0, 1): 12.4,
+        (0, 2): 14.8,
+        (0, 3): 17.2,
+        (1, 0): 12.4,
+        (1, 2): 14.8,
+        (1, 3): 17.2,
+        (2, 3): 12.4,
+        (2, 1): 14.8,
+        (2, 0): 17.2,
+        (3, 2): 12.4,
+        (3, 1): 14.8,
+        (3, 0): 17.2,
+    }
+
+
+def test_out_of_range() -> None:
+    """Nobody waits for a copy to one who is out of range, and no luck brings it there."""
+    over = medium("5g-mmwave", mbps=1.0)
+    reach = pairs(np.array([200.0, 140.0, 100.0]), 50.0, None)
+    fate = fates(reach, np.zeros(3, dtype=np.int64), 0, 100 * MS_NS, over)
+    rows = list(zip(reach.source.tolist(), reach.destination.tolist(), strict=True))
+    assert rows == [(0, 1), (1, 0), (1, 2), (2, 1)]
+    assert fate.outcome.tolist() == [
+        pb.OUTCOME_OUT_OF_RANGE,
+        pb.OUTCOME_OUT_OF_RANGE,
+        pb.OUTCOME_DELIVERED,
+        pb.OUTCOME_DELIVERED,
+    ]
+    assert fate.latency_ns.tolist() == [-1, -1, 12_400_000, 12_400_000]
+    assert fate.arrived_ns.tolist() == [-1, -1, 12_400_000, 12_400_000]
+
+
+def test_late_is_what_arrives_after_the_deadline() -> None:
+    over = medium("ieee80211p")
+    for wait_ns, outcome in (
+        (10_400_000, pb.OUTCOME_DELIVERED),
+        (10_399_999, pb.OUTCOME_LATE),
+        (0, pb.OUTCOME_LATE),
+    ):
+        _, fate = send(over, wait_ns=wait_ns)
+        assert (fate.outcome == outcome).all()
+        assert (fate.latency_ns == 10_400_000).all()

@@ -1,0 +1,100 @@
+"""Every stream's key, writer, reader and name in the log, as DESIGN.md section 6 and 7 have it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.topics import (
+    BEACON,
+    CLOCK,
+    COMMAND,
+    ESTIMATE,
+    EVENTS,
+    FLEET_COMMAND,
+    FRAMES,
+    LINKS,
+    LOGGED,
+    POSITIONS,
+    RADAR,
+    RECEIVE,
+    SENSE,
+    TOPICS,
+    TRUTH,
+    Topic,
+    alive_key,
+    scenario_key,
+)
+
+ON_THE_BUS: list[tuple[Topic[Any], str, str, str | None]] = [
+    (SENSE, "zenvoy/r1/vehicle/7/sense", "world", "vehicle"),
+    (BEACON, "zenvoy/r1/vehicle/7/beacon", "vehicle", "channel"),
+    (RECEIVE, "zenvoy/r1/vehicle/7/receive", "channel", "vehicle"),
+    (COMMAND, "zenvoy/r1/vehicle/7/command", "vehicle", "world"),
+    (POSITIONS, "zenvoy/r1/channel/positions", "world", "channel"),
+    (LINKS, "zenvoy/r1/channel/links", "channel", "world"),
+    (CLOCK, "zenvoy/r1/clock", "world", None),
+]
+IN_THE_LOG: list[tuple[Topic[Any], str]] = [
+    (CLOCK, "/clock"),
+    (TRUTH, "/fleet/truth"),
+    (RADAR, "/fleet/radar"),
+    (ESTIMATE, "/fleet/estimate"),
+    (FLEET_COMMAND, "/fleet/command"),
+    (FRAMES, "/v2v/frames"),
+    (EVENTS, "/events"),
+]
+
+
+@pytest.mark.parametrize(("topic", "key", "writer", "reader"), ON_THE_BUS)
+def test_key_writer_and_reader(
+    topic: Topic[Any], key: str, writer: str, reader: str | None
+) -> None:
+    assert topic.key("r1", 7) == key
+    assert (topic.writer, topic.reader) == (writer, reader)
+    assert topic.per_vehicle == ("/7/" in key)
+
+
+def test_there_are_no_others() -> None:
+    keyed = {topic for topic in TOPICS if topic.pattern is not None}
+    assert keyed == {topic for topic, *_ in ON_THE_BUS}
+    assert {topic: topic.logged_as for topic in LOGGED} == dict(IN_THE_LOG)
+    assert set(TOPICS) == keyed | set(LOGGED)
+    assert len({topic.name for topic in TOPICS}) == len(TOPICS)
+
+
+def test_other_keys() -> None:
+    assert alive_key("r1", "vehicle-07") == "zenvoy/r1/alive/vehicle-07"
+    assert scenario_key("r1") == "zenvoy/r1/scenario"
+
+
+def test_keys_of_all() -> None:
+    assert SENSE.key("r1") == "zenvoy/r1/vehicle/*/sense"
+    assert LINKS.key("r1") == "zenvoy/r1/channel/links"
+    assert alive_key("r1") == "zenvoy/r1/alive/*"
+
+
+@pytest.mark.parametrize("topic", [TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, FRAMES, EVENTS])
+def test_the_truth_does_not_leave_the_world(topic: Topic[Any]) -> None:
+    assert topic.reader is None
+    assert topic.writer == "world"
+    assert not topic.per_vehicle
+    with pytest.raises(ValueError, match="has no key"):
+        topic.key("r1")
+
+
+def test_payloads() -> None:
+    payload = pb.Sense(cycle=3, vehicle=2, speed=30.0).SerializeToString()
+    assert SENSE.decode(payload) == pb.Sense(cycle=3, vehicle=2, speed=30.0)
+    with pytest.raises(PayloadError, match="sense: not a Sense"):
+        SENSE.decode(payload[:-1])
+
+
+def test_whatever_waits_has_the_cycle_it_is_for() -> None:
+    for topic in TOPICS:
+        assert "cycle" in topic.message.DESCRIPTOR.fields_by_name
+        assert "time_ns" in topic.message.DESCRIPTOR.fields_by_name
+        assert ("vehicle" in topic.message.DESCRIPTOR.fields_by_name) >= topic.per_vehicle
