@@ -25,10 +25,11 @@ class Watch:
     """Watches one process's main thread; SIGTERM is the request to end.
 
     `stall_limit_s` None: wait for ever. `blame` says in words what is missing, or returns None
-    where somebody else will be blamed.
+    where somebody else should be blamed, who has until twice the limit to do so: it is told
+    whether that time has passed.
     """
 
-    def __init__(self, stall_limit_s: float | None, blame: Callable[[], str | None]) -> None:
+    def __init__(self, stall_limit_s: float | None, blame: Callable[[bool], str | None]) -> None:
         self._limit_s = stall_limit_s
         self._blame = blame
         self._waiting = False
@@ -82,6 +83,6 @@ class Watch:
         if progress != self._progress:
             self._seen = (self._progress, now_ns)
         elif self._waiting and now_ns - since_ns > self._limit_s * 1e9:
-            missing = self._blame()
+            missing = self._blame(now_ns - since_ns > 2 * self._limit_s * 1e9)
             if missing is not None:
                 raise StalledError(f"no progress for {self._limit_s:g} s, waiting for {missing}")

@@ -214,6 +214,7 @@ class ZenohBus:
             # The stub types the status as a bool; it is an object with a field, always true.
             while not publisher.matching_status.matching:  # type: ignore[attr-defined]
                 self._watch.wait(changes.recv)
+            self._watch.progressed()
             changes.undeclare()  # type: ignore[no-untyped-call]  # as above
 
     def _wait_for_tokens(self) -> None:
@@ -230,13 +231,14 @@ class ZenohBus:
             sample = self._watch.wait(self._alive.recv)
             if sample.kind == zenoh.SampleKind.PUT:
                 absent.discard(str(sample.key_expr).rpartition("/")[2])
+                self._watch.progressed()
 
-    def _blame(self) -> str | None:
-        """What is missing, or None where the world keeps this process waiting itself."""
+    def _blame(self, in_any_case: bool) -> str | None:
+        """What is missing, or None where it is the world that keeps this process waiting."""
         if self._barrier is None:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
-        if any(topic.writer == "world" for topic, _ in missing):
+        if not in_any_case and any(topic.writer == "world" for topic, _ in missing):
             return None
         return describe_missing(self._mailbox, self._barrier)
 

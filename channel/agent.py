@@ -55,7 +55,8 @@ class ChannelAgent:
             return None
         if self._cycle < 0:
             return Barrier(0, 0)
-        needs = ((BEACON, self._vehicles), (POSITIONS, (0,)))
+        # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
+        needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
         return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:

@@ -14,7 +14,7 @@ from zenvoy.cli.run import FolderError, make_folder, run_in_process, run_on_zeno
 from zenvoy.cli.supervisor import Death
 from zenvoy.scenarios import Loaded, effective_json
 
-_OK, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 2, 3, 130
+_OK, _FAILED, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors: Console) -> int:
@@ -36,6 +36,9 @@ def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors
     except KeyboardInterrupt:
         errors.print("interrupted; the log up to here is kept")
         code = _INTERRUPTED
+    except OSError as error:  # a full disk, too few processes or file descriptors
+        errors.print(f"the run cannot go on: {error}")
+        code = _FAILED
     if death is not None:
         errors.print(f"{death.name} died: {death.status}")
         for line in death.tail:

@@ -11,7 +11,8 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NoReturn
@@ -23,6 +24,7 @@ from zenvoy.bus.session import prefer_throughput
 
 _PR_SET_PDEATHSIG: Final = 1
 EXIT_STALLED: Final = 4
+_REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,27 +54,47 @@ class Child:
         signal.pidfd_send_signal(self.pidfd, number)
 
 
+@contextmanager
+def requests_held() -> Iterator[None]:
+    """Hold requests to end until the context is left.
+
+    What a signal's handler raises inside a hook of fork is ignored, and the request is lost.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, _REQUESTS_TO_END)
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def spawn(program: Program, log: Path) -> Child:
-    """Start a program in a child process; its output and errors go to `log`."""
+    """Start a program in a child process; its output and errors go to `log`.
+
+    To be called with requests to end held; the child holds none.
+    """
     parent = os.getpid()
     sys.stdout.flush()
     sys.stderr.flush()
+    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     pid = os.fork()
     if pid == 0:
-        _be_child(program, log, parent)
+        _be_child(program, file, parent)
+    os.close(file)  # its number is free for the next one, whatever the limit
     return Child(program=program, pid=pid, pidfd=os.pidfd_open(pid), log=log)
 
 
-def _be_child(program: Program, log: Path, parent: int) -> NoReturn:
+def _be_child(program: Program, log: int, parent: int) -> NoReturn:
     """Run the program and leave without a return into the parent's frames."""
     code = 1
     try:
         _die_with(parent, program.on_orphaned)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the supervisor's business
+        for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
+            signal.signal(number, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
-        os.dup2(file, 1)
-        os.dup2(file, 2)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _REQUESTS_TO_END)
+        os.dup2(log, 1)
+        os.dup2(log, 2)
         setproctitle(f"zenvoy {program.name} {program.run}")
         prefer_throughput()
         program.main()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.bus.clock import wall_ns
-from zenvoy.cli.spawn import Child, Program, spawn
+from zenvoy.cli.spawn import Child, Program, requests_held, spawn
 
 _PATIENCE_S: Final = 7.0  # for the log to be ended; its process gives itself 5 s
 _TAIL_LINES: Final = 15
@@ -42,11 +42,17 @@ class Supervisor:
     def __enter__(self) -> Supervisor:
         gc.collect()
         gc.freeze()  # so that no child copies pages just to look for garbage
-        for program in self._programs:
-            child = spawn(program, self._logs / f"{program.name}.log")
-            self._children[child.pidfd] = child
-            self._selector.register(child.pidfd, selectors.EVENT_READ)
-        gc.unfreeze()
+        try:
+            for program in self._programs:
+                with requests_held():
+                    child = spawn(program, self._logs / f"{program.name}.log")
+                    self._children[child.pidfd] = child
+                    self._selector.register(child.pidfd, selectors.EVENT_READ)
+        except BaseException:
+            self.__exit__()
+            raise
+        finally:
+            gc.unfreeze()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -98,6 +104,7 @@ class Supervisor:
         for child in children:
             if child.pidfd in self._children:
                 child.signal(number)
+                child.signal(signal.SIGCONT)  # one that was frozen ends like the others
 
     def _await(self, children: Sequence[Child], limit_s: float) -> None:
         deadline_ns = wall_ns() + round(limit_s * 1e9)

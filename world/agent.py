@@ -57,7 +57,8 @@ class WorldAgent:
         now_ns = min(self._step, self._cycles) * self._period_ns
         if newest < 0:
             return Barrier(now_ns, 0)
-        needs = ((COMMAND, self._vehicles), (LINKS, (0,)))
+        # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
+        needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
         return Barrier(now_ns, newest, needs)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:

@@ -34,18 +34,23 @@ def run_world(
             on_clock(clock)
 
         recorder.on_clock = tick
-        with bus:
-            effective = labels.effective_json.encode()
-            with answer(bus.session, scenario_key(wiring.run), lambda: effective):
+        effective = labels.effective_json.encode()
+        try:
+            with bus, answer(bus.session, scenario_key(wiring.run), lambda: effective):
                 recorder.start_clock()
                 try:
                     bus.run()
-                except StoppedError:
-                    recorder.end = "stopped"
-                    for event in _last_words(recorder.time_ns, bus.lost_processes()):
-                        recorder.log(EVENTS, recorder.time_ns, event.SerializeToString())
+                except StoppedError:  # while the session is open: it knows who is gone
+                    _end(recorder, bus.lost_processes())
+        except StoppedError:  # before the first cycle
+            _end(recorder, [])
 
 
-def _last_words(time_ns: int, lost: list[str]) -> list[pb.Event]:
-    words = [pb.Event(time_ns=time_ns, kind=pb.EVENT_PROCESS_LOST, text=name) for name in lost]
-    return [*words, pb.Event(time_ns=time_ns, kind=pb.EVENT_STOPPED, text="asked to end")]
+def _end(recorder: Recorder, lost: list[str]) -> None:
+    """Write the last words of a run that was asked to end."""
+    recorder.end = "stopped"
+    time_ns = recorder.time_ns
+    events = [pb.Event(time_ns=time_ns, kind=pb.EVENT_PROCESS_LOST, text=name) for name in lost]
+    events.append(pb.Event(time_ns=time_ns, kind=pb.EVENT_STOPPED, text="asked to end"))
+    for event in events:
+        recorder.log(EVENTS, time_ns, event.SerializeToString())

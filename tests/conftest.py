@@ -1,0 +1,272 @@
+"""Runs the `zenvoy` command as its users do, and reads the logs that it leaves.
+
+Nothing here waits for a time to pass: every wait is for a fact, and fails by name after LIMIT_S.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import select
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import psutil
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+
+LIMIT_S: Final = 60.0
+_STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
+
+
+class Logged(NamedTuple):
+    """A message of a log."""
+
+    topic: str
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A log as read from front to back, or up to where it is cut (`whole` False)."""
+
+    header: Header
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    messages: list[Logged] = field(default_factory=list)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    whole: bool = False
+
+    def of(self, topic: str) -> list[Logged]:
+        """Messages of one topic, in the order in which they were written."""
+        return [message for message in self.messages if message.topic == topic]
+
+    @property
+    def result(self) -> dict[str, str]:
+        """How the run ended."""
+        return self.metadata["zenvoy.result"]
+
+
+def read_log(path: Path) -> Log:
+    """Read a log as a stream; one that is cut is read up to the cut."""
+    with path.open("rb") as file:
+        records = iter(StreamReader(file).records)
+        header = next(records)
+        assert isinstance(header, Header)
+        log, whole = Log(header), False
+        try:
+            for record in records:
+                _take(log, record)
+                whole = whole or isinstance(record, Footer)
+        except (EndOfFile, struct.error):  # the latter where it is cut within a length
+            pass
+    return Log(
+        log.header,
+        log.schemas,
+        log.channels,
+        log.messages,
+        log.metadata,
+        log.attachments,
+        whole,
+    )
+
+
+def _take(log: Log, record: object) -> None:
+    if isinstance(record, Schema):
+        log.schemas[record.id] = record
+    elif isinstance(record, Channel):
+        log.channels[record.id] = record
+    elif isinstance(record, Message):
+        topic = log.channels[record.channel_id].topic
+        log.messages.append(Logged(topic, record.log_time, record.publish_time, record.data))
+    elif isinstance(record, Metadata):
+        log.metadata[record.name] = record.metadata
+    elif isinstance(record, Attachment):
+        log.attachments[record.name] = record.data
+
+
+def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) -> None:
+    """Return when `fact` holds; fail with `what` when it does not for `limit_s`."""
+    deadline = time.monotonic() + limit_s
+    while not fact():
+        if time.monotonic() > deadline:
+            pytest.fail(f"after {limit_s:g} s still not: {what}")
+        time.sleep(0.01)  # between two looks
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a command left: its exit code and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+class Command:
+    """A `zenvoy` command under way, in a process group of its own, in the folder `cwd`."""
+
+    def __init__(
+        self,
+        cwd: Path,
+        *arguments: str,
+        env: Mapping[str, str] | None = None,
+        stdout: int | None = None,
+        limit: tuple[int, int] | None = None,
+    ) -> None:
+        self._out, self._err = cwd / "stdout.txt", cwd / "stderr.txt"
+        self.sockets = tempfile.TemporaryDirectory(prefix="zt-")  # paths of sockets are short
+        self._pidfds: dict[str, int] = {}
+        plain = {name: value for name, value in os.environ.items() if name not in _STYLING}
+        environment = {**plain, "COLUMNS": "200", "TMPDIR": self.sockets.name, **(env or {})}
+        with self._out.open("wb") as out, self._err.open("wb") as err:
+            self._process = subprocess.Popen(
+                [*_zenvoy(), *arguments],
+                cwd=cwd,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=out if stdout is None else stdout,
+                stderr=err,
+                start_new_session=True,
+                preexec_fn=None if limit is None else lambda: _limit(*limit),  # noqa: PLW1509
+            )
+
+    @property
+    def pid(self) -> int:
+        """Of the command itself; also the number of its process group."""
+        return self._process.pid
+
+    @property
+    def out(self) -> str:
+        """What it has printed so far."""
+        return self._out.read_text(encoding="utf-8")
+
+    def children(self) -> dict[str, list[str]]:
+        """Titles of its child processes by name, in words, as in /proc/<pid>/cmdline."""
+        titles: dict[str, list[str]] = {}
+        self._pids: dict[str, int] = {}
+        for child in psutil.Process(self.pid).children():
+            title = _title(child.pid)
+            if title[:1] == ["zenvoy"] and len(title) > 1:
+                titles[title[1]] = title
+                self._pids[title[1]] = child.pid
+        return titles
+
+    def wait_for_children(self, names: set[str]) -> dict[str, int]:
+        """Process ids by name once all of `names` are there; they are watched from then on."""
+        wait_until(
+            lambda: self._ended() or names <= self.children().keys(),
+            f"the processes {', '.join(sorted(names))} are there",
+        )
+        assert not self._ended(), self.wait()
+        for name, pid in self._pids.items():
+            self._pidfds.setdefault(name, os.pidfd_open(pid))
+        return self._pids
+
+    def wait_for_cycles(self, log: Path) -> None:
+        """Return once the log on disk tells of a cycle."""
+
+        def told() -> bool:
+            big_enough = log.exists() and log.stat().st_size > 20_000
+            return self._ended() or (big_enough and bool(read_log(log).of("/fleet/truth")))
+
+        wait_until(told, f"{log} tells of a cycle")
+        assert not self._ended(), self.wait()
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to the command alone."""
+        self._process.send_signal(number)
+
+    def send_to_group(self, number: signal.Signals) -> None:
+        """Send a signal to the command and its children, as a terminal does."""
+        os.killpg(self.pid, number)
+
+    def send_to_child(self, name: str, number: signal.Signals) -> None:
+        """Send a signal to a child seen before, and to nobody who may have got its number since."""
+        signal.pidfd_send_signal(self._pidfds[name], number)
+
+    def wait(self, limit_s: float = LIMIT_S) -> Outcome:
+        """What it left when it has ended."""
+        try:
+            code = self._process.wait(limit_s)
+        except subprocess.TimeoutExpired:
+            pytest.fail(f"the command has not ended within {limit_s:g} s; it printed: {self.out}")
+        return Outcome(code, self.out, self._err.read_text(encoding="utf-8"))
+
+    def left(self, limit_s: float = LIMIT_S) -> list[str]:
+        """Children seen before that do not end within `limit_s` (0: that have not ended)."""
+        deadline = time.monotonic() + limit_s
+        return [
+            name
+            for name, pidfd in self._pidfds.items()
+            if not select.select([pidfd], [], [], max(0.0, deadline - time.monotonic()))[0]
+        ]
+
+    def close(self) -> None:
+        """End whatever is left of it."""
+        if self._process.poll() is None or self.left(0.0):
+            self.send_to_group(signal.SIGKILL)
+        self._process.wait(LIMIT_S)
+        self.left()
+        for pidfd in self._pidfds.values():
+            os.close(pidfd)
+        self.sockets.cleanup()
+
+    def _ended(self) -> bool:
+        return self._process.poll() is not None
+
+
+def _zenvoy() -> list[str]:
+    script = Path(sys.executable).with_name("zenvoy")
+    return [str(script)] if script.exists() else [sys.executable, "-m", "zenvoy.cli.app"]
+
+
+def _title(pid: int) -> list[str]:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode().split()
+    except OSError:  # it has ended meanwhile
+        return []
+
+
+def _limit(which: int, size: int) -> None:
+    """As a shell's `ulimit` does."""
+    resource.setrlimit(which, (size, size))
+
+
+@contextmanager
+def command(cwd: Path, *arguments: str, **options: Any) -> Iterator[Command]:
+    """A command that is ended with the context, whatever happens in it."""
+    started = Command(cwd, *arguments, **options)
+    try:
+        yield started
+    finally:
+        started.close()
+
+
+def zenvoy(cwd: Path, *arguments: str, **options: Any) -> Outcome:
+    """Run a command to its end."""
+    with command(cwd, *arguments, **options) as started:
+        return started.wait()
+
+
+def run(folder: Path, scenario: str, *arguments: str) -> Log:
+    """Run a scenario, given as YAML, in a new folder; the log of the run, which must succeed."""
+    folder.mkdir()
+    (folder / "s.yaml").write_text(scenario)
+    outcome = zenvoy(folder, "run", "s.yaml", "--out", "out", *arguments)
+    assert (outcome.code, outcome.err) == (0, ""), outcome
+    return read_log(folder / "out" / "run.mcap")

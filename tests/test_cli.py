@@ -1,0 +1,276 @@
+"""The `zenvoy` command: what it prints, what it refuses, what it leaves alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import resource
+import signal
+from pathlib import Path
+
+import pytest
+from mcap.writer import Writer
+
+from tests.conftest import LIMIT_S, Outcome, command, read_log, wait_until, zenvoy
+
+ENDLESS = "{duration_s: 100000, fleet: {size: 3}}"
+TOPICS = (
+    "/fleet/truth",
+    "/fleet/radar",
+    "/fleet/estimate",
+    "/fleet/command",
+    "/v2v/frames",
+    "/events",
+    "/clock",
+)
+SHORT = "{duration_s: 1, fleet: {size: 3}}"
+
+
+def assert_refused(outcome: Outcome, *texts: str) -> None:
+    """One clear line per text on stderr, nothing else there or on stdout, exit code 2."""
+    assert outcome.code == 2
+    assert outcome.out == ""
+    lines = outcome.err.splitlines()
+    assert len(lines) == len(texts), outcome.err
+    for line, text in zip(lines, texts, strict=True):
+        assert text in line
+
+
+def rows(text: str) -> dict[str, list[str]]:
+    """Rows of printed tables by their first cell."""
+    cells = [line.strip("│┃").replace("┃", "│").split("│") for line in text.splitlines()]
+    return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in cells if len(row) > 1}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
+    """A run in-process with options that replace values, and its folder."""
+    folder = tmp_path_factory.mktemp("done")
+    (folder / "s.yaml").write_text(SHORT)
+    options = ["--seed", "7", "--duration-s", "2", "--set", "fleet.size=4", "--set", "seed=6"]
+    outcome = zenvoy(folder, "run", "s.yaml", "--bus", "in-process", "--out", "a/b", *options)
+    return folder, outcome
+
+
+def test_a_run_leaves_its_log_its_summary_and_its_scenario(done: tuple[Path, Outcome]) -> None:
+    folder, outcome = done
+    assert (outcome.code, outcome.err) == (0, "")
+    left = {path.name for path in (folder / "a" / "b").iterdir()}
+    assert left == {"run.mcap", "summary.json", "effective.json", "logs"}
+    effective = json.loads((folder / "a" / "b" / "effective.json").read_text())
+    assert (effective["seed"], effective["duration_s"], effective["fleet"]["size"]) == (7, 2.0, 4)
+    summary = json.loads((folder / "a" / "b" / "summary.json").read_text())
+    assert (summary["seed"], summary["cycles"], summary["bus"]) == (7, 20, "in-process")
+
+
+def test_a_run_says_how_it_went_and_where_it_is(done: tuple[Path, Outcome]) -> None:
+    folder, outcome = done
+    log = read_log(folder / "a" / "b" / "run.mcap")
+    printed = rows(outcome.out)
+    assert printed["end"] == ["complete"]
+    assert printed["fingerprint"] == [log.result["fingerprint"]]
+    assert printed["cycles"][0].startswith("20: 2 s simulated in ")
+    assert outcome.out.splitlines()[-1] == "in a/b"
+
+
+def test_info_tells_what_the_log_says(done: tuple[Path, Outcome]) -> None:
+    folder, _ = done
+    outcome = zenvoy(folder, "info", "a/b/run.mcap")
+    log = read_log(folder / "a" / "b" / "run.mcap")
+    assert (outcome.code, outcome.err) == (0, "")
+    printed = rows(outcome.out)
+    assert printed["seed"] == ["7"]
+    assert printed["vehicles"] == ["4"]
+    assert printed["fingerprint"] == [log.result["fingerprint"]]
+    counts = {name: cells for name, cells in printed.items() if name.startswith("/")}
+    assert counts == {topic: [str(len(log.of(topic)))] for topic in TOPICS}
+
+
+def test_a_folder_that_holds_something_is_refused_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "run.mcap").write_text("precious")
+    refused = zenvoy(tmp_path, "run", "quickstart", "--out", "out", "--bus", "in-process")
+    assert_refused(refused, "--out out: is not empty")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["run.mcap"]
+    assert (tmp_path / "out" / "run.mcap").read_text() == "precious"
+
+
+def test_a_file_in_place_of_a_folder_is_refused_and_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("precious")
+    assert_refused(zenvoy(tmp_path, "run", "quickstart", "--out", "out"), "--out out: ")
+    assert (tmp_path / "out").read_text() == "precious"
+
+
+def test_an_unknown_scenario_is_refused_with_a_suggestion(tmp_path: Path) -> None:
+    refused = zenvoy(tmp_path, "run", "quickstrat", "--out", "out")
+    assert_refused(refused, "did you mean 'quickstart'?")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("of", ["run", "check", "show"])
+def test_all_that_is_wrong_is_said_at_once(tmp_path: Path, of: str) -> None:
+    (tmp_path / "bad.yaml").write_text("fleet: {size: 1}\nchanel: {}\n")
+    refused = zenvoy(tmp_path, of, "bad.yaml", "--set", "channel.loss.p=2")
+    assert_refused(
+        refused,
+        "fleet.size: 1 is not in [2, 10000]  (bad.yaml, line 1)",
+        "chanel: unknown key; did you mean 'channel'?",
+        "channel.loss.p: 2 is not in [0, 1]  (--set channel.loss.p=2)",
+    )
+    assert {path.name for path in tmp_path.iterdir()} == {"bad.yaml", "stdout.txt", "stderr.txt"}
+
+
+def test_what_is_shown_is_a_scenario_that_is_shown_alike(tmp_path: Path) -> None:
+    options = ["--set", "channel.loss.p=0.25", "--seed", "9", "--duration-s", "3.5"]
+    shown = zenvoy(tmp_path, "show", "paper/case-15", *options)
+    assert (shown.code, shown.err) == (0, "")
+    assert "seed: 9\n" in shown.out
+    assert "p: 0.25\n" in shown.out
+    (tmp_path / "shown.yaml").write_text(shown.out)
+    assert zenvoy(tmp_path, "show", "shown.yaml") == shown
+
+
+def test_check_says_that_a_scenario_is_valid(tmp_path: Path) -> None:
+    outcome = zenvoy(tmp_path, "check", "quickstart", "--set", "fleet.size=12")
+    assert outcome == Outcome(0, "quickstart: valid; 12 vehicles, 60 s\n", "")
+
+
+def test_scenarios_are_listed_with_what_they_are(tmp_path: Path) -> None:
+    outcome = zenvoy(tmp_path, "scenarios")
+    assert (outcome.code, outcome.err) == (0, "")
+    listed = dict(line.split(maxsplit=1) for line in outcome.out.splitlines())
+    assert listed["quickstart"].startswith("Twenty vehicles on a ring")
+    assert "Case 15 of the paper" in listed["paper/case-15"]
+
+
+@pytest.mark.parametrize("columns", ["200", "80"])
+def test_technologies_are_those_of_table_1(tmp_path: Path, columns: str) -> None:
+    outcome = zenvoy(tmp_path, "technologies", env={"COLUMNS": columns})
+    assert (outcome.code, outcome.err) == (0, "")
+    for name in ("ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"):
+        assert f"({name})" in outcome.out
+    assert "…" not in outcome.out
+    if columns == "80":
+        return
+    printed = rows(outcome.out)
+    expected = {
+        "band": ["5.85 to 5.925 GHz", "5.85 to 5.925 GHz", "5.72 to 5.75 GHz", "57.05 to 64 GHz"],
+        "bandwidth": ["10 MHz", "10 MHz", "≥ 640 MHz", "2.16 GHz"],
+        "range": ["1 km", "1 km", "30 km", "50 m"],
+        "bit rate": ["3 to 27 Mbit/s", "≥ 60 Mbit/s", "≥ 3 Gbit/s", "≥ 7 Gbit/s"],
+        "delay": ["10 ms", "10 ms", "20 to 80 ms", "10 ms"],
+        "broadcast": ["yes", "yes", "yes", "no"],
+        "V2V": ["yes"] * 4,
+        "MIMO": ["yes"] * 4,
+    }
+    assert {label: printed[label] for label in expected} == expected
+
+
+def test_info_of_what_is_no_log_is_refused(tmp_path: Path) -> None:
+    assert_refused(zenvoy(tmp_path, "info", "missing.mcap"), "missing.mcap: ")
+    (tmp_path / "folder.mcap").mkdir()
+    assert_refused(zenvoy(tmp_path, "info", "folder.mcap"), "folder.mcap: ")
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "hi\n", "a text of more than a few bytes, and of more than one line\n" * 20],
+    ids=["empty", "short", "long"],
+)
+def test_info_of_a_text_is_refused_in_words(tmp_path: Path, content: str) -> None:
+    (tmp_path / "text.mcap").write_text(content)
+    refused = zenvoy(tmp_path, "info", "text.mcap")
+    assert_refused(refused, "text.mcap: ")
+    assert len(refused.err) > len("text.mcap: \n") + 10
+    assert "opcode" not in refused.err
+
+
+def test_info_of_another_log_is_refused(tmp_path: Path) -> None:
+    with (tmp_path / "other.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="", library="another")
+        writer.add_metadata("another", {"key": "value"})
+        writer.finish()  # type: ignore[no-untyped-call]
+    refused = zenvoy(tmp_path, "info", "other.mcap")
+    assert_refused(refused, "other.mcap: an MCAP file, but not the log of a run")
+
+
+@pytest.mark.parametrize("part", [0.01, 0.5, 0.999])
+def test_info_of_a_cut_log_says_that_it_is_cut(
+    done: tuple[Path, Outcome], tmp_path: Path, part: float
+) -> None:
+    whole = (done[0] / "a" / "b" / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: int(part * len(whole))])
+    assert_refused(zenvoy(tmp_path, "info", "cut.mcap"), "cut off before its end")
+
+
+@pytest.mark.parametrize("bus", ["zenoh", "in-process"])
+def test_progress_is_a_bar_on_a_terminal(tmp_path: Path, bus: str) -> None:
+    (tmp_path / "s.yaml").write_text(ENDLESS)
+    master, slave = pty.openpty()
+    shown = b""
+
+    def bar() -> bool:
+        nonlocal shown
+        shown += os.read(master, 65_536)
+        return b"of 100000 s" in shown and "━".encode() in shown and b"real time" in shown
+
+    try:
+        env = {"TERM": "xterm-256color", "PYTHONIOENCODING": "utf-8"}
+        with command(tmp_path, "run", "s.yaml", "--out", "o", "--bus", bus, env=env, stdout=slave):
+            wait_until(bar, "a bar is shown", LIMIT_S)
+    finally:
+        os.close(slave)
+        os.close(master)
+
+
+def test_progress_is_plain_lines_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(ENDLESS)
+    with command(tmp_path, "run", "s.yaml", "--out", "o") as started:
+        wait_until(lambda: "\n" in started.out, "a line of progress is printed")
+        started.send(signal.SIGTERM)
+        outcome = started.wait()
+    line = outcome.out.splitlines()[0]
+    assert re.fullmatch(r"[\d.]+ of 100000 s, [\d.]+ × real time, \d+ s left", line)
+    assert "\x1b" not in outcome.out
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupted_run_in_process_keeps_its_log(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    (tmp_path / "s.yaml").write_text(ENDLESS)
+    with command(tmp_path, "run", "s.yaml", "--out", "o", "--bus", "in-process") as started:
+        started.wait_for_cycles(tmp_path / "o" / "run.mcap")
+        started.send(number)
+        outcome = started.wait()
+    assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
+    log = read_log(tmp_path / "o" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] == "stopped"
+    assert (tmp_path / "o" / "summary.json").exists()
+
+
+def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
+    """A full disk, or rather the limit that a shell can set on the size of files."""
+    (tmp_path / "s.yaml").write_text(ENDLESS)
+    options = ["--out", "o", "--bus", "in-process"]
+    outcome = zenvoy(tmp_path, "run", "s.yaml", *options, limit=(resource.RLIMIT_FSIZE, 100_000))
+    assert outcome.code == 1
+    first, second = outcome.err.splitlines()
+    assert first == "the run cannot go on: [Errno 27] File too large"
+    assert second.startswith("no summary: o/run.mcap: ")
+
+
+def test_too_few_file_descriptors_are_told_in_a_line(tmp_path: Path) -> None:
+    with command(
+        tmp_path, "run", "quickstart", "--out", "o", limit=(resource.RLIMIT_NOFILE, 20)
+    ) as started:
+        started.wait_for_children({"world"})
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 1
+    assert outcome.err.startswith("the run cannot go on: [Errno 24] Too many open files")
+    assert "Traceback" not in outcome.err

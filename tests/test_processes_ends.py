@@ -1,0 +1,197 @@
+"""However a run ends: the exit code, the message, the log, and no process left behind."""
+
+from __future__ import annotations
+
+import resource
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Command, Log, command, read_log, wait_until
+from zenvoy.bus import messages_pb2 as pb
+
+# Far longer than any test waits.
+LONG = """
+duration_s: 100000
+fleet: {size: 3}
+channel: {loss: {p: 0.1}}
+"""
+NAMES = {"world", "channel", "vehicle-01", "vehicle-02", "vehicle-03"}
+
+
+@contextmanager
+def running(folder: Path, *arguments: str, scenario: str = LONG) -> Iterator[Command]:
+    """A long run on Zenoh, in the midst of its cycles; its log is out/run.mcap."""
+    (folder / "long.yaml").write_text(scenario)
+    with command(folder, "run", "long.yaml", "--out", "out", *arguments) as started:
+        started.wait_for_children(NAMES)
+        started.wait_for_cycles(folder / "out" / "run.mcap")
+        yield started
+
+
+def events(log: Log) -> list[tuple[int, str]]:
+    """Kinds and texts of the events, in the order in which they were written."""
+    found = [pb.Event.FromString(message.data) for message in log.of("/events")]
+    return [(event.kind, event.text) for event in found]
+
+
+def assert_stopped(log: Log) -> None:
+    """The log is whole, and says that the run was stopped and where."""
+    assert log.whole
+    assert log.result["end"] == "stopped"
+    assert events(log)[-1] == (pb.EVENT_STOPPED, "asked to end")
+    assert int(log.result["cycles"]) == len(log.of("/fleet/truth")) - 1
+
+
+@pytest.mark.parametrize("victim", ["vehicle-03", "channel"])
+def test_a_killed_process_ends_the_run_by_name(tmp_path: Path, victim: str) -> None:
+    with running(tmp_path) as started:
+        started.send_to_child(victim, signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+        assert list(Path(started.sockets.name).iterdir()) == []
+    assert outcome.code == 3
+    assert outcome.err == f"{victim} died: killed by SIGKILL\n"
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert_stopped(log)
+    assert (pb.EVENT_PROCESS_LOST, victim) in events(log)
+    assert (tmp_path / "out" / "summary.json").exists()
+
+
+def test_a_killed_world_leaves_what_it_has_written(tmp_path: Path) -> None:
+    with running(tmp_path) as started:
+        started.send_to_child("world", signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    first, *rest = outcome.err.splitlines()
+    assert first == "world died: killed by SIGKILL"
+    assert len(rest) == 1
+    assert rest[0].startswith("no summary: ")
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert not log.whole
+    assert log.metadata["zenvoy.run"]["vehicles"] == "3"
+    assert [pb.FleetTruth.FromString(m.data).cycle for m in log.of("/fleet/truth")][:2] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("number", "whole_group"),
+    [(signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, True)],
+    ids=["Ctrl-C", "SIGTERM", "hangup"],
+)
+def test_an_interrupted_run_keeps_its_log(
+    tmp_path: Path, number: signal.Signals, whole_group: bool
+) -> None:
+    with running(tmp_path) as started:
+        (started.send_to_group if whole_group else started.send)(number)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+        assert list(Path(started.sockets.name).iterdir()) == []
+    assert outcome.code == 130
+    assert outcome.err == "interrupted; the log up to here is kept\n"
+    assert_stopped(read_log(tmp_path / "out" / "run.mcap"))
+    assert (tmp_path / "out" / "summary.json").exists()
+    assert all(log.read_text() == "" for log in (tmp_path / "out" / "logs").iterdir())
+
+
+def test_a_request_to_end_while_processes_start_is_heard(tmp_path: Path) -> None:
+    many = LONG.replace("size: 3", "size: 40")
+    (tmp_path / "long.yaml").write_text(many)
+    with command(tmp_path, "run", "long.yaml", "--out", "out") as started:
+        started.wait_for_children({"world"})
+        started.send_to_group(signal.SIGINT)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 130
+    assert outcome.err.splitlines()[0] == "interrupted; the log up to here is kept"
+    assert "Traceback" not in outcome.err
+
+
+def test_a_run_that_is_interrupted_before_its_first_cycle_is_stopped(tmp_path: Path) -> None:
+    (tmp_path / "long.yaml").write_text(LONG)
+    with command(tmp_path, "run", "long.yaml", "--out", "out") as started:
+        # A vehicle that is frozen as soon as it is there keeps the world waiting for its token.
+        started.wait_for_children({"vehicle-03"})
+        started.send_to_child("vehicle-03", signal.SIGSTOP)
+        sockets = Path(started.sockets.name)
+        wait_until(lambda: any(sockets.glob("*/world")), "the world listens")
+        started.send(signal.SIGTERM)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 130
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] == "stopped"
+
+
+def test_when_the_command_is_killed_its_processes_end_and_the_log_is_whole(tmp_path: Path) -> None:
+    with running(tmp_path) as started:
+        started.send(signal.SIGKILL)
+        assert started.wait().code == -signal.SIGKILL
+        assert started.left() == []
+    assert_stopped(read_log(tmp_path / "out" / "run.mcap"))
+
+
+def test_a_frozen_vehicle_is_named_after_the_stall_limit(tmp_path: Path) -> None:
+    with running(tmp_path, "--set", "stall_limit_s=2") as started:
+        started.send_to_child("vehicle-02", signal.SIGSTOP)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    assert "no progress for 2" in outcome.err
+    assert "of vehicle 2" in outcome.err
+    assert "vehicle 1" not in outcome.err
+    assert "Traceback" not in outcome.err
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] != "complete"
+
+
+def test_a_frozen_channel_is_named_after_the_stall_limit(tmp_path: Path) -> None:
+    larger = LONG.replace("size: 3", "size: 8")
+    with running(tmp_path, "--set", "stall_limit_s=2", scenario=larger) as started:
+        started.send_to_child("channel", signal.SIGSTOP)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    assert "waiting for links" in outcome.err
+    assert read_log(tmp_path / "out" / "run.mcap").whole
+
+
+def test_a_frozen_world_is_noticed_after_the_stall_limit(tmp_path: Path) -> None:
+    with running(tmp_path, "--set", "stall_limit_s=2") as started:
+        started.send_to_child("world", signal.SIGSTOP)
+        outcome = started.wait(20.0)
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    assert "sense" in outcome.err or "positions" in outcome.err or "world" in outcome.err
+
+
+def test_an_error_in_a_process_is_shown_with_the_tail_of_its_log(tmp_path: Path) -> None:
+    """A full disk, or rather the limit that a shell can set on the size of files."""
+    (tmp_path / "long.yaml").write_text(LONG)
+    with command(
+        tmp_path, "run", "long.yaml", "--out", "out", limit=(resource.RLIMIT_FSIZE, 100_000)
+    ) as started:
+        started.wait_for_children(NAMES)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    first, *tail = outcome.err.splitlines()
+    assert first == "world died: exit status 1"
+    logged = (tmp_path / "out" / "logs" / "world.log").read_text().splitlines()
+    assert logged[-1] == "OSError: [Errno 27] File too large"
+    assert [line.removeprefix("  ") for line in tail[:15]] == logged[-15:]
+    assert read_log(tmp_path / "out" / "run.mcap").metadata["zenvoy.run"]["vehicles"] == "3"
+
+
+def test_processes_are_named_after_what_they_are_and_their_run(tmp_path: Path) -> None:
+    with running(tmp_path) as started:
+        titles = started.children()
+        started.send(signal.SIGTERM)
+        started.wait()
+    run = read_log(tmp_path / "out" / "run.mcap").metadata["zenvoy.run"]["run"]
+    assert titles == {name: ["zenvoy", name, run] for name in NAMES}
