@@ -38,20 +38,19 @@ class PackedCodec:
                 raise TypeError(f"{descriptor.name}.{field.name} is not of fixed width")
             repeated = bool(field.is_repeated)
             wire = _LENGTH_DELIMITED if repeated else (1 if dtype.itemsize == 8 else 5)
-            tag = _varint(field.number << 3 | wire)
-            self._tags[field.name] = (tag, dtype, repeated)
+            self._tags[field.name] = (tag(field.number, wire), dtype, repeated)
             self._fields[field.number << 3 | wire] = (field.name, dtype, repeated)
 
     def encode(self, **values: Any) -> bytes:
         """Serialized message. Fields left out, and empty columns, are absent."""
         parts: list[bytes] = []
         for name, value in values.items():
-            tag, dtype, repeated = self._tags[name]
+            head, dtype, repeated = self._tags[name]
             data = np.asarray(value, dtype=dtype).tobytes()
             if not repeated:
-                parts += (tag, data)
+                parts += (head, data)
             elif data:
-                parts += (tag, _varint(len(data)), data)
+                parts += (head, varint(len(data)), data)
         return b"".join(parts)
 
     def decode(self, payload: bytes) -> dict[str, NDArray[Any]]:
@@ -87,10 +86,16 @@ class PackedCodec:
 
 def encode_bytes(number: int, payload: bytes) -> bytes:
     """One value of a bytes or message field, to be appended to a serialized message."""
-    return _varint(number << 3 | _LENGTH_DELIMITED) + _varint(len(payload)) + payload
+    return tag(number, _LENGTH_DELIMITED) + varint(len(payload)) + payload
 
 
-def _varint(value: int) -> bytes:
+def tag(number: int, wire: int) -> bytes:
+    """What stands before a field's value: its number and protobuf wire type."""
+    return varint(number << 3 | wire)
+
+
+def varint(value: int) -> bytes:
+    """A number of 0 or more in protobuf's variable-width encoding."""
     parts = bytearray()
     while value > 0x7F:
         parts.append(value & 0x7F | 0x80)

@@ -6,16 +6,22 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.controllers import Law
-from zenvoy.vehicles.decision import Decision, Place, View, decide
+from zenvoy.vehicles.decision import Place, decide
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState
 
 _NAN: Final = float("nan")
-_UNKNOWN: Final = Relative(_NAN, _NAN)
+_NOTHING: Final = (_NAN, _NAN)
+_NO_SPEED: Final = (_NAN, _NAN, _NAN)
+_PLAN: Final = ("planned_from_ns", "planned_acceleration")
+_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_PLAN)
+_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_PLAN))
+_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR)
 
 
 class VehicleAgent:
@@ -61,67 +67,54 @@ class VehicleAgent:
         """Beacon on a sense, command on a receive."""
         if self._senses:
             self._senses = False
-            beacon = self._tell(inbox.one(SENSE))
-            return [Envelope(BEACON, self.vehicle, beacon.SerializeToString())]
+            return [Envelope(BEACON, self.vehicle, self._tell(inbox.one(SENSE)))]
         self._known.hear(inbox.one(RECEIVE))
         command = self._decide(now_ns)
         self._senses = True
         self._cycle += 1
-        return [Envelope(COMMAND, self.vehicle, command.SerializeToString())]
+        return [Envelope(COMMAND, self.vehicle, command)]
 
-    def _tell(self, sense: pb.Sense) -> pb.Beacon:
+    def _tell(self, sense: pb.Sense) -> bytes:
+        """Beacon: the readings, and what the vehicle expects of itself."""
         planned_from_ns, planned = self._known.sense(sense)
-        return pb.Beacon(
-            cycle=self._cycle,
-            time_ns=sense.time_ns,
-            vehicle=self.vehicle,
-            sequence=self._cycle,
-            position=sense.position,
-            speed=sense.speed,
-            acceleration=sense.acceleration,
-            ahead=sense.ahead if sense.HasField("ahead") else None,
-            planned_from_ns=planned_from_ns,
-            planned_acceleration=planned,
-        )
+        cycle, time_ns = self._cycle, sense.time_ns
+        motion = (sense.position, sense.speed, sense.acceleration)
+        if sense.HasField("ahead"):
+            link = sense.ahead
+            head = _BEACON.encode(
+                cycle, time_ns, self.vehicle, cycle, *motion, link.gap, link.speed
+            )
+        else:
+            head = _BEACON_OF_FIRST.encode(cycle, time_ns, self.vehicle, cycle, *motion)
+        plan = pb.Beacon(planned_from_ns=planned_from_ns, planned_acceleration=planned)
+        return head + plan.SerializeToString()
 
-    def _decide(self, now_ns: int) -> pb.Command:
-        effective_ns = now_ns + self._delay_ns
-        age_ns = self._known.age_ns
-        read = self._known.read()
+    def _decide(self, now_ns: int) -> bytes:
+        """Command for the instant at which it takes effect, and what it was based on."""
+        known, effective_ns = self._known, now_ns + self._delay_ns
+        age_ns = known.age_ns
+        read = known.read()
         if age_ns > self._age_limit_ns:
             read = read._replace(behind=None)
-        predicted = self._known.predict(effective_ns) if self._estimates else None
+        predicted = known.predict(effective_ns) if self._estimates else None
         while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
             del self._phases[0]
         model = self._phases[0][1]
-        decision = decide(
+        a, mode = decide(
             model, self._place, read, predicted if model == "PBCM" else None, self._law
         )
-        self._known.command(effective_ns, decision.acceleration)
-        return self._report(now_ns, effective_ns, age_ns, decision, predicted)
-
-    def _report(
-        self,
-        now_ns: int,
-        effective_ns: int,
-        age_ns: int,
-        decision: Decision,
-        predicted: View | None,
-    ) -> pb.Command:
-        known = self._known
-        return pb.Command(
-            cycle=self._cycle,
-            time_ns=now_ns,
-            vehicle=self.vehicle,
-            effective_ns=effective_ns,
-            acceleration=decision.acceleration,
-            mode=decision.mode,
-            ahead=_told(known.link_ahead, predicted.ahead if predicted else None),
-            behind=_told(known.link_behind, predicted.behind if predicted else None),
-            speed=known.speed.estimate if predicted else _NAN,
-            speed_std=known.speed.std if predicted else _NAN,
-            predicted_speed=predicted.speed if predicted else _NAN,
-            age_ns=age_ns,
+        known.command(effective_ns, a)
+        return _COMMAND.encode(
+            self._cycle,
+            now_ns,
+            self.vehicle,
+            effective_ns,
+            a,
+            mode,
+            *_told(known.link_ahead, predicted.ahead if predicted else None),
+            *_told(known.link_behind, predicted.behind if predicted else None),
+            *((known.speed.estimate, known.speed.std, predicted.speed) if predicted else _NO_SPEED),
+            age_ns,
         )
 
 
@@ -136,16 +129,9 @@ def _place(scenario: Scenario, vehicle: int) -> Place:
     return {1: Place.FIRST, scenario.fleet.size: Place.LAST}.get(vehicle, Place.MIDDLE)
 
 
-def _told(link: LinkState, predicted: Relative | None) -> pb.LinkEstimate:
+def _told(link: LinkState, predicted: Relative | None) -> tuple[float, ...]:
+    """Fields of a LinkEstimate, in order."""
     estimate = link.estimate
-    gap_std, speed_std = link.std if estimate is not None else (_NAN, _NAN)
-    now, then = estimate or _UNKNOWN, predicted or _UNKNOWN
-    return pb.LinkEstimate(
-        gap=now.p,
-        speed=now.v,
-        gap_std=gap_std,
-        speed_std=speed_std,
-        predicted_gap=then.p,
-        predicted_speed=then.v,
-        measured_ns=link.measured_ns,
-    )
+    if estimate is None:
+        return (*_NOTHING, *_NOTHING, *_NOTHING, link.measured_ns)
+    return (*estimate, *link.std, *(predicted or _NOTHING), link.measured_ns)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH
 from zenvoy.scenarios import Scenario
 from zenvoy.world.chronicle import Chronicle
@@ -19,6 +20,8 @@ from zenvoy.world.sensors import Readings, SensorSet
 
 Floats = NDArray[np.float64]
 
+_SENSE: Final = FlatEncoder(pb.Sense.DESCRIPTOR)
+_SENSE_OF_FIRST: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("ahead",))
 _FARTHEST: Final = 2  # cycles ahead; more overlaps nothing more and only fills queues
 
 
@@ -105,17 +108,11 @@ class WorldAgent:
             Envelope(
                 SENSE,
                 vehicle,
-                pb.Sense(
-                    cycle=cycle,
-                    time_ns=now_ns,
-                    vehicle=vehicle,
-                    ahead=pb.Link(gap=gap, speed=relative_speed) if not math.isnan(gap) else None,
-                    position=position,
-                    speed=speed,
-                    acceleration=acceleration,
-                ).SerializeToString(),
+                _SENSE.encode(cycle, now_ns, vehicle, gap, relative_speed, *own)
+                if not math.isnan(gap)
+                else _SENSE_OF_FIRST.encode(cycle, now_ns, vehicle, *own),
             )
-            for vehicle, gap, relative_speed, position, speed, acceleration in rows
+            for vehicle, gap, relative_speed, *own in rows
         ]
 
     def _positions(self, cycle: int, now_ns: int) -> Envelope:

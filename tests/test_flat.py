@@ -1,0 +1,102 @@
+"""Flat messages, written by struct, are the messages protobuf reads."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from google.protobuf.descriptor import Descriptor
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.flat import FlatEncoder
+
+numbers = st.floats(allow_nan=False)
+times = st.integers(-(2**63), 2**63 - 1)
+counts = st.integers(0, 2**32 - 1)
+links = st.tuples(numbers, numbers)
+PLAN = ("planned_from_ns", "planned_acceleration")
+
+
+@given(counts, times, counts, links, st.tuples(numbers, numbers, numbers))
+def test_a_sense_is_read_back(
+    cycle: int,
+    time_ns: int,
+    vehicle: int,
+    link: tuple[float, float],
+    motion: tuple[float, float, float],
+) -> None:
+    payload = FlatEncoder(pb.Sense.DESCRIPTOR).encode(cycle, time_ns, vehicle, *link, *motion)
+    position, speed, acceleration = motion
+    assert pb.Sense.FromString(payload) == pb.Sense(
+        cycle=cycle,
+        time_ns=time_ns,
+        vehicle=vehicle,
+        ahead=pb.Link(gap=link[0], speed=link[1]),
+        position=position,
+        speed=speed,
+        acceleration=acceleration,
+    )
+
+
+@given(st.lists(numbers, min_size=17, max_size=17), st.lists(times, min_size=5, max_size=5))
+def test_a_command_is_read_back(values: list[float], instants: list[int]) -> None:
+    (a, *ahead), behind, own = values[:7], values[7:13], values[13:16]
+    payload = FlatEncoder(pb.Command.DESCRIPTOR).encode(
+        3,
+        instants[0],
+        7,
+        instants[1],
+        a,
+        pb.MODE_PBCM,
+        *(*ahead, instants[2]),
+        *(*behind, instants[3]),
+        *own,
+        instants[4],
+    )
+    command = pb.Command.FromString(payload)
+    assert (command.cycle, command.vehicle, command.mode) == (3, 7, pb.MODE_PBCM)
+    assert (command.time_ns, command.effective_ns) == (instants[0], instants[1])
+    assert command.acceleration == a
+    assert _of(command.ahead) == (*ahead, instants[2])
+    assert _of(command.behind) == (*behind, instants[3])
+    assert [command.speed, command.speed_std, command.predicted_speed] == own
+    assert command.age_ns == instants[4]
+
+
+def test_what_is_left_out_is_absent() -> None:
+    encoder = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *PLAN))
+    beacon = pb.Beacon.FromString(encoder.encode(1, 2, 3, 4, 5.0, 6.0, 7.0))
+    assert not beacon.HasField("ahead")
+    assert beacon == pb.Beacon(
+        cycle=1, time_ns=2, vehicle=3, sequence=4, position=5.0, speed=6.0, acceleration=7.0
+    )
+
+
+@pytest.mark.parametrize(
+    "descriptor", [pb.Beacon.DESCRIPTOR, pb.Event.DESCRIPTOR, pb.Frames.DESCRIPTOR]
+)
+def test_a_type_that_is_not_flat_is_refused(descriptor: Descriptor) -> None:
+    with pytest.raises(TypeError, match="is not a number of fixed width"):
+        FlatEncoder(descriptor)
+
+
+@pytest.mark.parametrize(
+    "values", [(), (1, 2, 3), tuple(range(20)), (-1, *range(7)), (2**32, *range(7))]
+)
+def test_numbers_that_do_not_fit_are_refused(values: tuple[int, ...]) -> None:
+    with pytest.raises(struct.error):
+        FlatEncoder(pb.Sense.DESCRIPTOR).encode(*values)
+
+
+def _of(link: pb.LinkEstimate) -> tuple[float, ...]:
+    return (
+        link.gap,
+        link.speed,
+        link.gap_std,
+        link.speed_std,
+        link.predicted_gap,
+        link.predicted_speed,
+        link.measured_ns,
+    )
