@@ -37,7 +37,8 @@ bench: setup
 
 # Reads a log with the reader of another house: npm's @mcap/core. Needs Node >= 20.
 conformance: setup
-	npm install --no-package-lock --ignore-scripts --no-audit --no-fund --silent --prefix tests/conformance
+	npm install --no-package-lock --ignore-scripts --no-audit --no-fund --silent \
+		--fetch-retries 1 --fetch-timeout 30000 --prefix tests/conformance
 	rm -rf runs/conformance
 	$(BIN)/zenvoy run quickstart --out runs/conformance
 	node tests/conformance/check.mjs runs/conformance/run.mcap

@@ -15,9 +15,6 @@ _ONE_WORKER: Final = (
     "net:(handover:app),acc:(handover:app))"
 )
 
-# The low-latency transport drops larger messages without an error and resets the link.
-MAX_PAYLOAD_BYTES: Final = 60_000
-
 
 def open_session(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Session:
     """Peer session on explicit endpoints: no scouting, no relay, low-latency transport."""

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import struct
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Self
 
 import zenoh
 
 from zenvoy.bus.agent import Agent, Barrier, Envelope
+from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.in_process import Log, describe_missing
 from zenvoy.bus.mailbox import Mailbox
-from zenvoy.bus.session import MAX_PAYLOAD_BYTES, open_session
+from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
+from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import TOPICS, Topic, alive_key
 from zenvoy.bus.watch import Watch
-
-_PART: Final = struct.Struct("<II")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +48,7 @@ class ZenohBus:
         self._fifos: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
         self._publishers: dict[tuple[Topic[Any], int], zenoh.Publisher] = {}
         self._vehicle_of_key: dict[str, int] = {}
-        self._parts: dict[tuple[Topic[Any], int], list[bytes]] = {}
+        self._joiner = Joiner()
         self._awaited = ""
         self._barrier: Barrier | None = None
         self._watch = Watch(wiring.stall_limit_s, self._blame)
@@ -115,10 +114,8 @@ class ZenohBus:
         if len(payload) <= MAX_PAYLOAD_BYTES:
             publisher.put(payload)
             return
-        parts = -(-len(payload) // MAX_PAYLOAD_BYTES)
-        for part in range(parts):
-            piece = payload[part * MAX_PAYLOAD_BYTES : (part + 1) * MAX_PAYLOAD_BYTES]
-            publisher.put(piece, attachment=_PART.pack(part, parts))
+        for piece, attachment in split(payload):
+            publisher.put(piece, attachment=attachment)
 
     def lost_processes(self) -> list[str]:
         """Processes whose tokens have gone since the last call."""
@@ -143,28 +140,15 @@ class ZenohBus:
         payload = sample.payload.to_bytes()
         attachment = sample.attachment
         if attachment is not None:
-            whole = self._join(topic, vehicle, payload, attachment.to_bytes())
+            try:
+                whole = self._joiner.join((topic, vehicle), payload, attachment.to_bytes())
+            except PayloadError:
+                self._mailbox.rejected["malformed"] += 1
+                return
             if whole is None:
                 return
             payload = whole
         self._mailbox.put(topic, vehicle, payload)
-
-    def _join(
-        self, topic: Topic[Any], vehicle: int, piece: bytes, attachment: bytes
-    ) -> bytes | None:
-        """Whole payload when its last part is in. Parts of one writer come in order."""
-        if len(attachment) != _PART.size:
-            self._mailbox.rejected["malformed"] += 1
-            return None
-        part, parts = _PART.unpack(attachment)
-        pieces = self._parts.setdefault((topic, vehicle), [])
-        if part == 0:
-            pieces.clear()
-        if part != len(pieces):
-            self._mailbox.rejected["malformed"] += 1
-            return None
-        pieces.append(piece)
-        return b"".join(pieces) if len(pieces) == parts else None
 
     def _vehicle_of(self, topic: Topic[Any], key: str) -> int | None:
         if not topic.per_vehicle:

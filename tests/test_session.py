@@ -1,0 +1,34 @@
+"""What a joining node finds: sessions on explicit endpoints, and the scenario for the asking."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import cast
+
+import zenoh
+
+from zenvoy.bus.session import open_session
+from zenvoy.bus.topics import scenario_key
+from zenvoy.bus.zenoh_bus import answer
+from zenvoy.scenarios import Scenario, effective_json, load
+
+
+def test_a_node_that_joins_asks_for_the_scenario(tmp_path: Path) -> None:
+    endpoint = f"unixsock-stream/{tmp_path / 'world'}"
+    scenario = load("quickstart").scenario
+    key = scenario_key("r1")
+    with open_session([endpoint], []) as world, open_session([], [endpoint]) as node:
+        with answer(world, key, lambda: effective_json(scenario).encode()):
+            (reply,) = _ask(node, key)
+        assert reply.ok is not None
+        assert Scenario.model_validate_json(reply.ok.payload.to_bytes()) == scenario
+
+
+def _ask(node: zenoh.Session, key: str) -> list[zenoh.Reply]:
+    """Replies to a query that is put when somebody is there to answer it."""
+    with node.declare_querier(key, timeout=30) as querier:
+        with querier.declare_matching_listener(zenoh.handlers.FifoChannel(8)) as changes:
+            # The stub types the status as a bool; it is an object with a field, always true.
+            while not cast(zenoh.MatchingStatus, querier.matching_status).matching:
+                changes.recv()
+        return list(querier.get())
