@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Callable
 from functools import partial
@@ -56,7 +57,9 @@ def process_table(
         Program(
             name="world",
             run=labels.run,
-            main=partial(run_world, scenario, labels, log, world_wiring, on_clock),
+            main=partial(
+                _tidied, sockets, run_world, scenario, labels, log, world_wiring, on_clock
+            ),
             on_orphaned=signal.SIGTERM,  # it ends the log first
         ),
         Program(
@@ -67,6 +70,16 @@ def process_table(
             for vehicle, name in zip(vehicles, names, strict=True)
         ),
     ]
+
+
+def _tidied(sockets: Path, main: Callable[..., None], *arguments: object) -> None:
+    """Run `main`; if the parent has been killed meanwhile, do away with its folder of sockets."""
+    parent = os.getppid()
+    try:
+        main(*arguments)
+    finally:
+        if os.getppid() != parent:
+            shutil.rmtree(sockets, ignore_errors=True)
 
 
 def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clock], None]:

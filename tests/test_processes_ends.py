@@ -132,6 +132,7 @@ def test_when_the_command_is_killed_its_processes_end_and_the_log_is_whole(tmp_p
         started.send(signal.SIGKILL)
         assert started.wait().code == -signal.SIGKILL
         assert started.left() == []
+        assert list(Path(started.sockets.name).iterdir()) == []
     assert_stopped(read_log(tmp_path / "out" / "run.mcap"))
 
 
