@@ -75,8 +75,8 @@ class ZenohBus:
             token = self._session.liveliness().declare_token(
                 alive_key(self._wiring.run, self._agent.name)
             )
-        except BaseException:
-            self.__exit__(None, None, None)
+        except BaseException as error:
+            self.__exit__(type(error), error, None)
             raise
         self._token = token
         return self
@@ -88,6 +88,8 @@ class ZenohBus:
         trace: TracebackType | None,
     ) -> None:
         self._watch.__exit__(kind, error, trace)
+        if error is not None:
+            return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()  # type: ignore[no-untyped-call]  # the stub gives no type
 
     def run(self) -> None:

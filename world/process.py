@@ -42,6 +42,7 @@ def run_world(
                     bus.run()
                 except StoppedError:  # while the session is open: it knows who is gone
                     _end(recorder, bus.lost_processes())
+                recorder.close()  # closing the session may wait for a peer that is frozen
         except StoppedError:  # before the first cycle
             _end(recorder, [])
 

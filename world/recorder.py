@@ -84,6 +84,12 @@ class Recorder:
     ) -> None:
         if error is not None and self.end == "complete":
             self.end = f"{type(error).__name__}: {error}"
+        self.close()
+
+    def close(self) -> None:
+        """End the file, with the result in it; nothing happens where it has ended."""
+        if self._file.closed:
+            return
         self._writer.add_metadata("zenvoy.result", self.result())
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.close()
