@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from google.protobuf.message import Message
@@ -52,6 +52,10 @@ class Inbox:
     def payloads(self, topic: Topic[M]) -> list[bytes]:
         """Messages of `topic` as they were on the wire, in order of vehicle."""
         return [payload for _, payload in self._mail[topic]]
+
+
+Log = Callable[[Topic[Any], int, bytes], None]
+"""Takes what is logged: its topic, its instant of simulation time (ns), its bytes."""
 
 
 class Agent(Protocol):

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from zenvoy.bus.agent import Agent, Barrier, Envelope
+from zenvoy.bus.agent import Agent, Barrier, Envelope, Log
 from zenvoy.bus.errors import StalledError
 from zenvoy.bus.mailbox import Mailbox
-from zenvoy.bus.topics import Topic
-
-Log = Callable[[Topic[Any], int, bytes], None]
 
 
 class _Seat:
@@ -69,16 +65,5 @@ class InProcessBus:
     def _check_done(self) -> None:
         for seat in self._seats:
             if seat.barrier is not None and self._by_reader["world", 0].barrier is not None:
-                missing = describe_missing(seat.mailbox, seat.barrier)
+                missing = seat.mailbox.describe_missing(seat.barrier)
                 raise StalledError(f"{seat.agent.name} waits for {missing}")
-
-
-def describe_missing(mailbox: Mailbox, barrier: Barrier) -> str:
-    """What a barrier waits for, in words, five at most."""
-    missing = mailbox.missing(barrier)
-    shown = [
-        topic.name if vehicle == 0 else f"{topic.name} of vehicle {vehicle}"
-        for topic, vehicle in missing[:5]
-    ]
-    more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
-    return f"{', '.join(shown)}{more} (cycle {barrier.cycle})"

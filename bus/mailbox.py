@@ -56,6 +56,16 @@ class Mailbox:
             if vehicle not in self._mail.get((topic, barrier.cycle), ())
         ]
 
+    def describe_missing(self, barrier: Barrier) -> str:
+        """What the barrier still waits for, in words, five at most."""
+        missing = self.missing(barrier)
+        shown = [
+            topic.name if vehicle == 0 else f"{topic.name} of vehicle {vehicle}"
+            for topic, vehicle in missing[:5]
+        ]
+        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+        return f"{', '.join(shown)}{more} (cycle {barrier.cycle})"
+
     def take(self, barrier: Barrier) -> Inbox:
         """Messages of a met barrier, in the barrier's order of vehicles."""
         mail: dict[Topic[Any], list[tuple[Any, bytes]]] = {}

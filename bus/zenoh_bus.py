@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,9 +11,8 @@ from typing import Any, Self
 
 import zenoh
 
-from zenvoy.bus.agent import Agent, Barrier, Envelope
+from zenvoy.bus.agent import Agent, Barrier, Envelope, Log
 from zenvoy.bus.errors import PayloadError
-from zenvoy.bus.in_process import Log, describe_missing
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.session import open_session
@@ -88,6 +88,9 @@ class ZenohBus:
         trace: TracebackType | None,
     ) -> None:
         self._watch.__exit__(kind, error, trace)
+        if self.rejected:
+            counts = ", ".join(f"{count} {why}" for why, count in sorted(self.rejected.items()))
+            print(f"{self._agent.name}: messages refused: {counts}", file=sys.stderr)
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()  # type: ignore[no-untyped-call]  # the stub gives no type
@@ -226,7 +229,7 @@ class ZenohBus:
         missing = self._mailbox.missing(self._barrier)
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):
             return None
-        return describe_missing(self._mailbox, self._barrier)
+        return self._mailbox.describe_missing(self._barrier)
 
 
 Answer = Callable[[], bytes]
