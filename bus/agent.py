@@ -46,8 +46,9 @@ class Inbox:
 
     def one(self, topic: Topic[M]) -> M:
         """The one message of `topic`."""
-        ((message, _),) = self._mail[topic]
-        return message  # type: ignore[no-any-return]  # the mailbox decoded it by this topic
+        ((decoded, _),) = self._mail[topic]
+        message: M = decoded
+        return message
 
     def payloads(self, topic: Topic[M]) -> list[bytes]:
         """Messages of `topic` as they were on the wire, in order of vehicle."""

@@ -51,8 +51,8 @@ def uniforms(
 ) -> tuple[Floats, Floats]:
     """Two independent draws in [0, 1), of the broadcast shape of who, whom and number."""
     key = (seed & 0xFFFFFFFF, seed >> 32)
-    counter = tuple(np.asarray(part, dtype=np.uint64) for part in (int(purpose), who, whom, number))
-    w0, w1, w2, w3 = philox(key, counter)  # type: ignore[arg-type]  # four parts, as built above
+    c0, c1, c2, c3 = (np.asarray(part, np.uint64) for part in (int(purpose), who, whom, number))
+    w0, w1, w2, w3 = philox(key, (c0, c1, c2, c3))
     return _fraction(w0, w1), _fraction(w2, w3)
 
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import zenoh
 
@@ -93,7 +93,7 @@ class ZenohBus:
             print(f"{self._agent.name}: messages refused: {counts}", file=sys.stderr)
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
-        self._session.close()  # type: ignore[no-untyped-call]  # the stub gives no type
+        self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub has no types for it
 
     def run(self) -> None:
         """Step the agent until it is done; raises StoppedError or StalledError."""
@@ -199,12 +199,11 @@ class ZenohBus:
             if topic.reader is None:
                 continue
             self._awaited = f"a reader of {topic.key(self._wiring.run, vehicle)}"
-            changes = publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16))
-            # The stub types the status as a bool; it is an object with a field, always true.
-            while not publisher.matching_status.matching:  # type: ignore[attr-defined]
-                self._watch.wait(changes.recv)
+            with publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
+                # The stub types the status as a bool; it is an object with a field, always true.
+                while not cast(zenoh.MatchingStatus, publisher.matching_status).matching:
+                    self._watch.wait(changes.recv)
             self._watch.progressed()
-            changes.undeclare()  # type: ignore[no-untyped-call]  # as above
 
     def _wait_for_tokens(self) -> None:
         absent = set(self._wiring.waits_for)

@@ -1,4 +1,8 @@
-"""The `zenvoy` command."""
+"""The `zenvoy` command.
+
+Commands import what only they need, so that `zenvoy show` does not wait for what `zenvoy run`
+imports: filterpy takes more than a second.
+"""
 
 from __future__ import annotations
 
@@ -71,8 +75,7 @@ def run(
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
     loaded = _load(scenario, overrides, seed, duration_s)
-    # Only this command needs the controllers and Zenoh, and filterpy takes a second to import.
-    from zenvoy.cli.execute import execute  # noqa: PLC0415
+    from zenvoy.cli.execute import execute
 
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _interrupt)
@@ -112,7 +115,7 @@ def check(scenario: ScenarioArgument, overrides: SetOption = None) -> None:
 @app.command()
 def technologies() -> None:
     """Print the V2X technologies (the paper's Table I)."""
-    from zenvoy.cli.report import print_technologies  # noqa: PLC0415  # as above
+    from zenvoy.cli.report import print_technologies
 
     print_technologies(console)
 
@@ -120,8 +123,8 @@ def technologies() -> None:
 @app.command()
 def info(log: LogArgument) -> None:
     """Print what a log says of its run: metadata, topics, counts, fingerprint."""
-    from zenvoy.analysis.log import LogError, read_facts  # noqa: PLC0415  # as above
-    from zenvoy.cli.report import print_facts  # noqa: PLC0415
+    from zenvoy.analysis.log import LogError, read_facts
+    from zenvoy.cli.report import print_facts
 
     try:
         print_facts(console, read_facts(log))
@@ -135,10 +138,10 @@ def analyze(
     out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
 ) -> None:
     """Print the summary of a log, and draw an overview of the run (PNG and SVG)."""
-    from zenvoy.analysis.figures import overview  # noqa: PLC0415  # as above
-    from zenvoy.analysis.log import LogError  # noqa: PLC0415
-    from zenvoy.analysis.summary import summarize  # noqa: PLC0415
-    from zenvoy.cli.report import print_summary  # noqa: PLC0415
+    from zenvoy.analysis.figures import overview
+    from zenvoy.analysis.log import LogError
+    from zenvoy.analysis.summary import summarize
+    from zenvoy.cli.report import print_summary
 
     folder = log.parent if out is None else out
     try:
