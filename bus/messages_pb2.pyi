@@ -38,7 +38,8 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_MBCM: _Mode.ValueType  # 4
     MODE_PBCM: _Mode.ValueType  # 5
     MODE_FALLBACK_FM: _Mode.ValueType  # 6
-    """the data of the vehicle behind are older than the limit"""
+    """what the model needs of others is missing, or older than the limit"""
+    MODE_CACC: _Mode.ValueType  # 7
 
 class Mode(_Mode, metaclass=_ModeEnumTypeWrapper): ...
 
@@ -50,7 +51,8 @@ MODE_BCM: Mode.ValueType  # 3
 MODE_MBCM: Mode.ValueType  # 4
 MODE_PBCM: Mode.ValueType  # 5
 MODE_FALLBACK_FM: Mode.ValueType  # 6
-"""the data of the vehicle behind are older than the limit"""
+"""what the model needs of others is missing, or older than the limit"""
+MODE_CACC: Mode.ValueType  # 7
 Global___Mode: _TypeAlias = Mode  # noqa: Y015
 
 class _Outcome:
@@ -97,6 +99,9 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     EVENT_PROCESS_LOST: _EventKind.ValueType  # 7
     EVENT_STOPPED: _EventKind.ValueType  # 8
     """the run ended before its time"""
+    EVENT_TRACE: _EventKind.ValueType  # 9
+    """a vehicle begins to follow a speed trace"""
+    EVENT_TRACE_END: _EventKind.ValueType  # 10
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -111,6 +116,9 @@ EVENT_FALLBACK_END: EventKind.ValueType  # 6
 EVENT_PROCESS_LOST: EventKind.ValueType  # 7
 EVENT_STOPPED: EventKind.ValueType  # 8
 """the run ended before its time"""
+EVENT_TRACE: EventKind.ValueType  # 9
+"""a vehicle begins to follow a speed trace"""
+EVENT_TRACE_END: EventKind.ValueType  # 10
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final
@@ -197,6 +205,7 @@ class Beacon(_message.Message):
     AHEAD_FIELD_NUMBER: _builtins.int
     PLANNED_FROM_NS_FIELD_NUMBER: _builtins.int
     PLANNED_ACCELERATION_FIELD_NUMBER: _builtins.int
+    SILENT_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     """when its readings were taken"""
@@ -206,6 +215,8 @@ class Beacon(_message.Message):
     speed: _builtins.float
     acceleration: _builtins.float
     """mean over the period that ends at time_ns"""
+    silent: _builtins.bool
+    """Nothing goes on the air in this cycle: tells the channel, which waits for all, not to wait."""
     @_builtins.property
     def ahead(self) -> Global___Link:
         """its radar reading"""
@@ -229,10 +240,11 @@ class Beacon(_message.Message):
         ahead: Global___Link | None = ...,
         planned_from_ns: _abc.Iterable[_builtins.int] | None = ...,
         planned_acceleration: _abc.Iterable[_builtins.float] | None = ...,
+        silent: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "ahead", b"ahead", "cycle", b"cycle", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "ahead", b"ahead", "cycle", b"cycle", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "silent", b"silent", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -369,6 +381,7 @@ class Command(_message.Message):
     SPEED_STD_FIELD_NUMBER: _builtins.int
     PREDICTED_SPEED_FIELD_NUMBER: _builtins.int
     AGE_NS_FIELD_NUMBER: _builtins.int
+    NEIGHBOURS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     vehicle: _builtins.int
@@ -381,6 +394,8 @@ class Command(_message.Message):
     predicted_speed: _builtins.float
     age_ns: _builtins.int
     """age of the data of the vehicle behind at the cycle's start; -1: none yet"""
+    neighbours: _builtins.int
+    """MBCM: vehicles on each side that were taken into account"""
     @_builtins.property
     def ahead(self) -> Global___LinkEstimate: ...
     @_builtins.property
@@ -400,10 +415,11 @@ class Command(_message.Message):
         speed_std: _builtins.float = ...,
         predicted_speed: _builtins.float = ...,
         age_ns: _builtins.int = ...,
+        neighbours: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead", "behind", b"behind"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "mode", b"mode", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -554,6 +570,7 @@ class FleetEstimate(_message.Message):
     BEHIND_PREDICTED_GAP_FIELD_NUMBER: _builtins.int
     BEHIND_PREDICTED_SPEED_FIELD_NUMBER: _builtins.int
     BEHIND_MEASURED_NS_FIELD_NUMBER: _builtins.int
+    NEIGHBOURS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     @_builtins.property
@@ -596,6 +613,10 @@ class FleetEstimate(_message.Message):
     def behind_predicted_speed(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]: ...
     @_builtins.property
     def behind_measured_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]: ...
+    @_builtins.property
+    def neighbours(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """absent in runs without MBCM"""
+
     def __init__(
         self,
         *,
@@ -620,10 +641,11 @@ class FleetEstimate(_message.Message):
         behind_predicted_gap: _abc.Iterable[_builtins.float] | None = ...,
         behind_predicted_speed: _abc.Iterable[_builtins.float] | None = ...,
         behind_measured_ns: _abc.Iterable[_builtins.int] | None = ...,
+        neighbours: _abc.Iterable[_builtins.int] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["age_ns", b"age_ns", "ahead_gap", b"ahead_gap", "ahead_gap_std", b"ahead_gap_std", "ahead_measured_ns", b"ahead_measured_ns", "ahead_predicted_gap", b"ahead_predicted_gap", "ahead_predicted_speed", b"ahead_predicted_speed", "ahead_speed", b"ahead_speed", "ahead_speed_std", b"ahead_speed_std", "behind_gap", b"behind_gap", "behind_gap_std", b"behind_gap_std", "behind_measured_ns", b"behind_measured_ns", "behind_predicted_gap", b"behind_predicted_gap", "behind_predicted_speed", b"behind_predicted_speed", "behind_speed", b"behind_speed", "behind_speed_std", b"behind_speed_std", "cycle", b"cycle", "mode", b"mode", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["age_ns", b"age_ns", "ahead_gap", b"ahead_gap", "ahead_gap_std", b"ahead_gap_std", "ahead_measured_ns", b"ahead_measured_ns", "ahead_predicted_gap", b"ahead_predicted_gap", "ahead_predicted_speed", b"ahead_predicted_speed", "ahead_speed", b"ahead_speed", "ahead_speed_std", b"ahead_speed_std", "behind_gap", b"behind_gap", "behind_gap_std", b"behind_gap_std", "behind_measured_ns", b"behind_measured_ns", "behind_predicted_gap", b"behind_predicted_gap", "behind_predicted_speed", b"behind_predicted_speed", "behind_speed", b"behind_speed", "behind_speed_std", b"behind_speed_std", "cycle", b"cycle", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

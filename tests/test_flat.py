@@ -16,7 +16,7 @@ numbers = st.floats(allow_nan=False)
 times = st.integers(-(2**63), 2**63 - 1)
 counts = st.integers(0, 2**32 - 1)
 links = st.tuples(numbers, numbers)
-PLAN = ("planned_from_ns", "planned_acceleration")
+PLAN = ("planned_from_ns", "planned_acceleration", "silent")
 
 
 @given(counts, times, counts, links, st.tuples(numbers, numbers, numbers))
@@ -54,6 +54,7 @@ def test_a_command_is_read_back(values: list[float], instants: list[int]) -> Non
         *(*behind, instants[3]),
         *own,
         instants[4],
+        2,
     )
     command = pb.Command.FromString(payload)
     assert (command.cycle, command.vehicle, command.mode) == (3, 7, pb.MODE_PBCM)
@@ -62,7 +63,7 @@ def test_a_command_is_read_back(values: list[float], instants: list[int]) -> Non
     assert _of(command.ahead) == (*ahead, instants[2])
     assert _of(command.behind) == (*behind, instants[3])
     assert [command.speed, command.speed_std, command.predicted_speed] == own
-    assert command.age_ns == instants[4]
+    assert (command.age_ns, command.neighbours) == (instants[4], 2)
 
 
 def test_what_is_left_out_is_absent() -> None:

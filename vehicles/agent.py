@@ -18,10 +18,10 @@ from zenvoy.vehicles.state import LinkState
 _NAN: Final = float("nan")
 _NOTHING: Final = (_NAN, _NAN)
 _NO_SPEED: Final = (_NAN, _NAN, _NAN)
-_PLAN: Final = ("planned_from_ns", "planned_acceleration")
-_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_PLAN)
-_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_PLAN))
-_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR)
+_REST: Final = ("planned_from_ns", "planned_acceleration", "silent")
+_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
+_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
+_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours",))
 
 
 class VehicleAgent:
