@@ -4,16 +4,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
-from zenvoy.analysis.section import Cell
+from zenvoy.analysis.section import Cell, Sheet
 
 ABSENT: Final = "–"
 _SIGNIFICANT: Final = 4  # digits of the largest number of a column
-_SMALLEST: Final = 2  # digits of its smallest
+_SMALLEST: Final = 1  # digits of its smallest
 _SPREAD: Final = 1e4  # columns that span more are not of one scale
 _MOST_DECIMALS: Final = 6
 _FIXED: Final = (1e-4, 1e7)  # magnitudes that are written without an exponent
+
+
+class Column(NamedTuple):
+    """A column as it is shown; numbers stand at the right."""
+
+    title: str
+    number: bool
+    cells: list[str]
+
+
+def columns(sheet: Sheet, most_rows: int) -> list[Column]:
+    """The first rows of a sheet, column by column.
+
+    In a sheet with a column "unit" each row is of a quantity of its own: its numbers are alike.
+    """
+    rows = sheet.rows[:most_rows]
+    cells = [[row[index] for row in rows] for index in range(len(sheet.columns))]
+    if "unit" in sheet.columns:
+        by_row = [_row_texts(row) for row in rows]
+        shown = [[row[index] for row in by_row] for index in range(len(sheet.columns))]
+    else:
+        shown = list(map(texts, cells))
+    numbers = [any(isinstance(cell, int | float) for cell in column) for column in cells]
+    return list(map(Column, sheet.columns, numbers, shown))
+
+
+def _row_texts(row: Sequence[Cell]) -> list[str]:
+    numbers = iter(texts([cell for cell in row if not isinstance(cell, str)]))
+    return [cell if isinstance(cell, str) else next(numbers) for cell in row]
 
 
 def texts(column: Sequence[Cell]) -> list[str]:
@@ -46,11 +75,6 @@ def text(cell: Cell) -> str:
         decimals = _decimals(size, _SIGNIFICANT) if 0.0 < size < math.inf else 0
         return _fixed(cell, min(decimals, _needed(size)))
     return _signed(f"{cell:.{_SIGNIFICANT - 1}e}")
-
-
-def is_number(cell: Cell) -> bool:
-    """Whether a cell belongs at the right of its column."""
-    return isinstance(cell, int | float)
 
 
 def _fixed(value: float, decimals: int) -> str:

@@ -13,9 +13,9 @@ from typing import Any, Final
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from zenvoy.analysis.digits import is_number, texts
+from zenvoy.analysis.digits import columns
 from zenvoy.analysis.drawing import Drawn
-from zenvoy.analysis.section import Cell, Picture, Section, Sheet
+from zenvoy.analysis.section import Picture, Section, Sheet
 
 MOST_ROWS: Final = 200  # of a table on the page; its CSV has them all
 _CSS_PX_PER_IN: Final = 96
@@ -69,10 +69,7 @@ def render(page: Page, pictures: Mapping[str, Drawn]) -> str:
 
 
 def _table(sheet: Sheet, number: int) -> dict[str, Any]:
-    shown = sheet.rows[:MOST_ROWS]
-    columns: list[Sequence[Cell]] = [
-        [row[index] for row in shown] for index in range(len(sheet.columns))
-    ]
+    shown = columns(sheet, MOST_ROWS)
     notes = [sheet.note] if sheet.note else []
     if len(sheet.rows) > MOST_ROWS:
         notes.append(f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has all.")
@@ -80,11 +77,8 @@ def _table(sheet: Sheet, number: int) -> dict[str, Any]:
         "name": sheet.name,
         "number": number,
         "title": sheet.title,
-        "columns": [
-            {"title": title, "right": any(map(is_number, cells))}
-            for title, cells in zip(sheet.columns, columns, strict=True)
-        ],
-        "rows": list(zip(*map(texts, columns), strict=True)),
+        "columns": shown,
+        "rows": list(zip(*(column.cells for column in shown), strict=True)),
         "notes": notes,
     }
 

@@ -45,6 +45,11 @@ def look() -> AbstractContextManager[None]:
     return mpl.rc_context(_RC)
 
 
+def plain(text: str) -> str:
+    """A text of the user's for a figure: dollars are dollars, and a legend leaves none out."""
+    return (" " + text if text.startswith("_") else text).replace("$", r"\$")
+
+
 def subplots(rows: int = 1, columns: int = 1, *, height_in: float, **options: Any) -> Any:
     """A figure of page width and its axes: (Figure, Axes or array of Axes)."""
     with look():

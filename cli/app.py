@@ -138,29 +138,31 @@ def info(log: LogArgument) -> None:
 @app.command()
 def analyze(
     log: LogArgument,
-    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
+    ] = None,
 ) -> None:
-    """Print the summary of a log, and draw an overview of the run (PNG and SVG)."""
-    from zenvoy.analysis.figures import overview
-    from zenvoy.analysis.log import LogError
-    from zenvoy.analysis.summary import summarize
-    from zenvoy.cli.report import print_summary
+    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    from zenvoy.cli.analyze import analyze
 
-    folder = log.parent if out is None else out
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        summary = summarize(log)
-        for note in summary["notes"]:
-            errors.print(f"{log}: {note}")
-        print_summary(console, summary)
-        figure = overview(log)
-        for suffix in ("png", "svg"):
-            figure.savefig(folder / f"overview.{suffix}", dpi=150)
-            console.print(f"{folder / 'overview'}.{suffix}", highlight=False, soft_wrap=True)
-    except LogError as error:
-        _refuse(str(error))
-    except OSError as error:
-        _refuse(f"--out {folder}: {error.strerror}")
+    raise typer.Exit(analyze(log, out, console, errors))
+
+
+@app.command()
+def compare(
+    logs: Annotated[list[Path], typer.Argument(metavar="RUN.mcap...", help="Logs, two or more.")],
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a run; once for each, in order."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
+    ] = None,
+) -> None:
+    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    from zenvoy.cli.analyze import compare
+
+    raise typer.Exit(compare(logs, label or [], out, console, errors))
 
 
 def main() -> None:
