@@ -41,6 +41,13 @@ console = Console(soft_wrap=False)
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 
+class Form(StrEnum):
+    """The kinds of files a log can be exported to."""
+
+    PARQUET = "parquet"
+    CSV = "csv"
+
+
 class Bus(StrEnum):
     """The buses a fleet can run on."""
 
@@ -163,6 +170,29 @@ def compare(
     from zenvoy.cli.analyze import compare
 
     raise typer.Exit(compare(logs, label or [], out, console, errors))
+
+
+@app.command()
+def export(
+    log: LogArgument,
+    to: Annotated[Form, typer.Option(help="Kind of the files.")],
+    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
+) -> None:
+    """Write the topics of a log as tables, a file each, with units in the names of columns."""
+    from zenvoy.analysis import export as tables
+    from zenvoy.analysis.load import load as load_log
+    from zenvoy.analysis.log import LogError
+
+    try:
+        loaded = load_log(log)
+        for note in loaded.notes:
+            errors.print(f"{log}: {note}")
+        for file in tables.export(loaded, log.parent if out is None else out, to.value):
+            console.print(str(file), highlight=False, soft_wrap=True)
+    except LogError as error:
+        _refuse(str(error))
+    except tables.ExportError as error:
+        _refuse(f"--out {error}")
 
 
 def main() -> None:
