@@ -7,7 +7,7 @@ in docs/decisions.md.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -127,8 +127,15 @@ class Brake(Section):
     deceleration_mps2: Positive
 
 
+def _extends_in_front(schema: dict[str, Any]) -> None:
+    """What only a file may say: `zenvoy.scenarios.extends` puts in what the other one says."""
+    schema["properties"] = {"extends": {"type": "string"}, **schema["properties"]}
+
+
 class Scenario(Section):
     """A whole experiment."""
+
+    model_config = ConfigDict(json_schema_extra=_extends_in_front)
 
     description: str = ""
     duration_s: Positive = 500.0

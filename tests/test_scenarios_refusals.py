@@ -18,8 +18,8 @@ from zenvoy.scenarios import (
 Refusal = Callable[..., str]
 
 TOP = (
-    "description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, control, "
-    "sensors, estimator, channel, events"
+    "extends, description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, "
+    "control, sensors, estimator, channel, events"
 )
 
 
