@@ -64,7 +64,7 @@ def _one_link(
     axes: Any, facts: Facts, fleet: dict[str, Table], time_s: NDArray[Any], gap: NDArray[Any]
 ) -> None:
     """The gap ahead of the vehicle behind the first one that brakes, over a minute from then."""
-    brakes = facts.scenario.events
+    brakes = facts.scenario.brakes
     braking = min(brakes, key=lambda brake: brake.at_s) if brakes else None
     vehicle = (braking.vehicle if braking else 1) % gap.shape[1] + 1
     start_s = max(0.0, braking.at_s - 5.0) if braking else 0.0

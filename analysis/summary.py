@@ -66,7 +66,7 @@ def _distances(facts: Facts, truth: Table) -> Summary:
     gap = gaps(truth["position"], facts.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
     spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
-    brakes = facts.scenario.events
+    brakes = facts.scenario.brakes
     if brakes:
         first_s = min(brake.at_s for brake in brakes)
         last_s = max(brake.at_s + brake.duration_s for brake in brakes)

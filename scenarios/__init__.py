@@ -11,9 +11,9 @@ from zenvoy.scenarios.errors import (
     UnknownScenarioError,
     UnreadableScenarioError,
 )
+from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
 from zenvoy.scenarios.schema import (
-    Brake,
     Channel,
     Control,
     Estimator,
@@ -45,8 +45,10 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "Sensors",
+    "Sine",
     "Switch",
     "TechnologyName",
+    "Trace",
     "UnknownScenarioError",
     "UnreadableScenarioError",
     "builtin",

@@ -135,6 +135,19 @@ def test_built_in_scenarios_extend_built_in_ones_by_name(packaged: Write, write:
         assert str(caught.value).endswith(f"(built-in {name}, line 1)")
 
 
+def test_traces_in_the_package(packaged: Write, write: Write) -> None:
+    event = "events: [{type: trace, vehicle: 1, at_s: 0, file: a/x.csv}]\n"
+    packaged({"lead/t.yaml": event, "lead/a/x.csv": "time_s,speed_mps\n0,1\n1,2\n"})
+    write({"s.yaml": "extends: lead/t\nseed: 3\n"})
+    assert load("lead/t").scenario.events == load("s.yaml").scenario.events
+    packaged({"lead/a/x.csv": "time_s,speed_mps\n0,1\n1,fast\n"})
+    with pytest.raises(InvalidScenarioError) as caught:
+        load("s.yaml")
+    assert str(caught.value) == (
+        "events.0.file: speed_mps: 'fast' is not a number  (built-in lead/a/x.csv, line 3)"
+    )
+
+
 # What is refused ----------------------------------------------------------------------------
 
 
