@@ -23,7 +23,7 @@ from zenvoy.scenarios.section import (
     Section,
 )
 
-Model = Literal["FM", "BCM", "PBCM"]
+Model = Literal["FM", "BCM", "MBCM", "PBCM"]
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 
 
