@@ -12,6 +12,7 @@ from zenvoy.scenarios.wording import trimmed
 JsonSchema = dict[str, Any]
 
 _TO_RESOLVE = {"$ref", "anyOf"}
+_NULL = {"type": "null"}
 
 _NOUNS = {
     "integer": "a whole number",
@@ -46,32 +47,34 @@ def _walk(loc: Path) -> tuple[JsonSchema, Path]:
     path: Path = ()
     for step in loc:
         if "oneOf" in schema and not isinstance(step, int):
-            branches = map(_resolved, schema["oneOf"])
+            branches = map(resolved, schema["oneOf"])
             schema = next(b for b in branches if b["properties"]["type"]["const"] == step)
             continue
         path = (*path, step)
         if not isinstance(step, int):
-            schema = _resolved(schema["properties"][step])
+            schema = resolved(schema["properties"][step])
         elif "prefixItems" in schema:
-            schema = _resolved(schema["prefixItems"][step])
+            schema = resolved(schema["prefixItems"][step])
         else:
-            schema = _resolved(schema["items"])
+            schema = resolved(schema["items"])
     return schema, path
 
 
-def _resolved(schema: JsonSchema) -> JsonSchema:
+def resolved(schema: JsonSchema) -> JsonSchema:
     """What references and "or null" stand for, whichever comes first."""
     while not _TO_RESOLVE.isdisjoint(schema):
         if "$ref" in schema:
             schema = _root_schema()["$defs"][schema["$ref"].rpartition("/")[2]]
-        else:
-            schema = {**_resolved(schema["anyOf"][0]), "nullable": True, "default": None}
+            continue
+        first = next(branch for branch in schema["anyOf"] if branch != _NULL)
+        schema = {"default": None, **schema, **resolved(first), "nullable": True}
+        del schema["anyOf"]
     return schema
 
 
 def types(schema: JsonSchema) -> list[str]:
     """The types of entry that there are; empty where there is one kind only."""
-    return [_resolved(b)["properties"]["type"]["const"] for b in schema.get("oneOf", ())]
+    return [resolved(b)["properties"]["type"]["const"] for b in schema.get("oneOf", ())]
 
 
 def noun(schema: JsonSchema) -> str:
@@ -110,10 +113,10 @@ def stand_in(schema: JsonSchema) -> object:
     if "default" in schema:
         return schema["default"]
     if "oneOf" in schema:
-        return stand_in(_resolved(schema["oneOf"][0]))
+        return stand_in(resolved(schema["oneOf"][0]))
     if "properties" in schema:
         required = schema.get("required", [])
-        return {key: stand_in(_resolved(schema["properties"][key])) for key in required}
+        return {key: stand_in(resolved(schema["properties"][key])) for key in required}
     if schema["type"] == "array":
-        return [stand_in(_resolved(item)) for item in schema.get("prefixItems", ())]
+        return [stand_in(resolved(item)) for item in schema.get("prefixItems", ())]
     return schema["enum"][0] if "enum" in schema else 1

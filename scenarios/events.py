@@ -65,9 +65,9 @@ class Sine(Section):
 
 def _file_instead_of_points(schema: dict[str, Any]) -> None:
     """What only a file may say: `zenvoy.scenarios.traces` puts the contents into points."""
-    properties = schema["properties"]
-    properties["file"] = {"type": "string"}
-    properties["points"] = properties.pop("points")
+    points = schema["properties"].pop("points")
+    schema["properties"] |= {"file": {"type": "string"}, "points": points}
+    schema["required"].remove("points")
 
 
 class Trace(Section):
