@@ -67,7 +67,7 @@ def _distances(run: Run) -> Summary:
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
     spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
-    brakes = run.scenario.events
+    brakes = run.scenario.brakes
     if brakes:
         first_s = min(brake.at_s for brake in brakes)
         last_s = max(brake.at_s + brake.duration_s for brake in brakes)
