@@ -15,6 +15,7 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.analysis.section import Picture
+from zenvoy.scenarios.roster import roster
 
 _AFTER_S: Final = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 _SNAPSHOTS: Final = 6
@@ -65,9 +66,10 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
 
 
 def colours(runs: Sequence[Labelled]) -> list[str]:
-    """A colour per run: that of its last model where no two share one, or else in turn."""
-    models = [run.scenario.control.phases[-1][1] for _, run in runs]
-    if len(set(models)) == len(models):
+    """A colour per run: that of the model it ends with where these differ, or else in turn."""
+    last = [{settings.phases[-1][1] for settings in roster(run.scenario)} for _, run in runs]
+    models = [model for of_run in last for model in of_run]
+    if len(models) == len(set(models)) == len(runs):
         return [style.MODEL_COLOURS[model] for model in models]
     return [style.CYCLE[number % len(style.CYCLE)] for number in range(len(runs))]
 

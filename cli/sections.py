@@ -31,7 +31,9 @@ def print_section(console: Console, section: Section) -> None:
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:
     console.print(Text(f"\n{sheet.title}", style="italic"))
-    for block in _blocks(columns(sheet, MOST_ROWS), console.width):
+    for number, block in enumerate(_blocks(columns(sheet, MOST_ROWS), console.width)):
+        if number:
+            console.print()
         console.print(_table(block))
     if len(sheet.rows) > MOST_ROWS:
         text = f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has them all."
