@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.section import Section
 
-CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = ()
+CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (estimation_section,)
 
 
 def chapters(run: Run) -> tuple[Section, ...]:

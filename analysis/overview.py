@@ -38,7 +38,7 @@ def overview_section(run: Run, summary: Summary) -> Section:
     """Summary and overview of a run that has motion to show."""
     sheet = Sheet(
         name="summary",
-        title="Summary.",
+        title="Summary",
         columns=("figure", "unit", "value"),
         rows=merits(summary),
         note=MERITS,
