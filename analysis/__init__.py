@@ -1,6 +1,16 @@
 """From a run's log to numbers: arrays, metrics, summaries."""
 
+from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import LogError, read_events, read_facts, read_fleet, read_frames
 from zenvoy.analysis.summary import summarize
 
-__all__ = ["LogError", "read_events", "read_facts", "read_fleet", "read_frames", "summarize"]
+__all__ = [
+    "LogError",
+    "Run",
+    "load",
+    "read_events",
+    "read_facts",
+    "read_fleet",
+    "read_frames",
+    "summarize",
+]

@@ -9,14 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.analysis.log import (
-    Facts,
-    Table,
-    read_events,
-    read_facts,
-    read_fleet,
-    read_frames,
-)
+from zenvoy.analysis.load import Run, load
+from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
 from zenvoy.bus import messages_pb2 as pb
 
@@ -32,41 +26,44 @@ def summarize(path: Path) -> Summary:
 
     What does not apply to the run (no braking, no estimates, shorter than 100 s) is None.
     """
-    facts = read_facts(path)
-    fleet = read_fleet(path)
-    summary = _result(facts)
-    if fleet["/fleet/truth"]:
-        summary |= _distances(facts, fleet["/fleet/truth"])
-        summary |= _agreement(facts, fleet)
-    events = read_events(path)
-    summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in events)
-    summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in events)
+    run = load(path)
+    summary = _result(run)
+    if run.truth:
+        summary |= _distances(run)
+        summary |= _agreement(run)
+    summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
+    summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in run.events)
     summary["frames"] = _frames(path)
     return summary
 
 
-def _result(facts: Facts) -> Summary:
-    result = facts.result
+def _result(run: Run) -> Summary:
+    """How the run ended; where a cut took that away, what the last row of /clock says."""
+    result = run.result
+    last = {name: column[-1] for name, column in run.clock.items()}
+    cycles, time_ns, wall_ns = (int(last.get(name, 0)) for name in ("cycle", "time_ns", "wall_ns"))
+    real_time_factor = float(last.get("real_time_factor", 0.0))
     return {
-        "scenario": facts.run["scenario"],
-        "seed": int(facts.run["seed"]),
-        "bus": facts.run["bus"],
+        "scenario": run.name,
+        "seed": run.seed,
+        "bus": run.run["bus"],
+        "notes": list(run.notes),
         "end": result.get("end"),
         "fingerprint": result.get("fingerprint"),
-        "cycles": int(result.get("cycles", 0)),
-        "simulated_s": float(result.get("simulated_s", "nan")),
-        "wall_s": float(result.get("wall_s", "nan")),
-        "real_time_factor": float(result.get("real_time_factor", "nan")),
+        "cycles": int(result.get("cycles", cycles)),
+        "simulated_s": float(result.get("simulated_s", time_ns * 1e-9)),
+        "wall_s": float(result.get("wall_s", wall_ns * 1e-9)),
+        "real_time_factor": float(result.get("real_time_factor", real_time_factor)),
     }
 
 
-def _distances(facts: Facts, truth: Table) -> Summary:
+def _distances(run: Run) -> Summary:
     """Gaps and speeds at the instants the paper looks at."""
-    time_s: Floats = truth["time_ns"] * 1e-9
-    gap = gaps(truth["position"], facts.scenario.ring_length_m)
+    truth, time_s = run.truth, run.time_s
+    gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
     spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
-    brakes = facts.scenario.events
+    brakes = run.scenario.events
     if brakes:
         first_s = min(brake.at_s for brake in brakes)
         last_s = max(brake.at_s + brake.duration_s for brake in brakes)
@@ -97,14 +94,13 @@ def _span(
     return {"min": float(low.mean()), "max": float(high.mean())}
 
 
-def _agreement(facts: Facts, fleet: dict[str, Table]) -> Summary:
+def _agreement(run: Run) -> Summary:
     """Measured and estimated own speed and gap ahead against the truth."""
-    radar, estimate = fleet["/fleet/radar"], fleet["/fleet/estimate"]
-    if not radar or not estimate:
+    cycles, radar, estimate = run.cycles, run.radar, run.estimate
+    if not cycles:
         return {"speed": None, "gap": None}
-    cycles = min(len(radar["cycle"]), len(estimate["cycle"]))
-    speed = fleet["/fleet/truth"]["speed"][:cycles]
-    gap = gaps(fleet["/fleet/truth"]["position"][:cycles], facts.scenario.ring_length_m)
+    speed = run.truth["speed"][:cycles]
+    gap = gaps(run.truth["position"][:cycles], run.scenario.ring_length_m)
     return {
         "speed": {
             "measured": _fit(fit(radar["speed"][:cycles], speed)),

@@ -53,16 +53,28 @@ class PackedCodec:
                 parts += (head, varint(len(data)), data)
         return b"".join(parts)
 
-    def decode(self, payload: bytes) -> dict[str, NDArray[Any]]:
+    def decode(self, payload: bytes | memoryview) -> dict[str, NDArray[Any]]:
         """Arrays by field name: 1-d for repeated fields, 0-d for single ones; absent ones too.
 
-        Raises ValueError where the payload has a field that the type does not, is cut, or has a
-        column in pieces (which no encoder of this project makes).
+        Raises ValueError as `spans` does.
         """
         found: dict[str, NDArray[Any]] = {
             name: np.zeros(0 if repeated else (), dtype)
             for name, (_, dtype, repeated) in self._tags.items()
         }
+        for name, (at, size) in self.spans(payload).items():
+            _, dtype, repeated = self._tags[name]
+            column = np.frombuffer(payload, dtype, size // dtype.itemsize, at)
+            found[name] = column if repeated else column.reshape(())
+        return found
+
+    def spans(self, payload: bytes | memoryview) -> dict[str, tuple[int, int]]:
+        """Where the numbers of each field that is there begin, and their size, in bytes.
+
+        Raises ValueError where the payload has a field that the type does not, is cut, or has a
+        column in pieces (which no encoder of this project makes).
+        """
+        found: dict[str, tuple[int, int]] = {}
         at = 0
         while at < len(payload):
             key, at = _read_varint(payload, at)
@@ -76,12 +88,15 @@ class PackedCodec:
                 raise ValueError(f"field {name} is cut")
             if size % dtype.itemsize:
                 raise ValueError(f"field {name} ends within a number")
-            if repeated and found[name].size:
+            if repeated and found.get(name, (0, 0))[1]:
                 raise ValueError(f"field {name} comes in pieces")
-            column = np.frombuffer(payload, dtype, size // dtype.itemsize, at)
-            found[name] = column if repeated else column.reshape(())
+            found[name] = at, size
             at += size
         return found
+
+    def fields(self) -> dict[str, tuple[np.dtype[Any], bool]]:
+        """Type of each field's numbers, and whether it is a column, by name."""
+        return {name: (dtype, repeated) for name, (_, dtype, repeated) in self._tags.items()}
 
 
 def encode_bytes(number: int, payload: bytes) -> bytes:
@@ -104,7 +119,7 @@ def varint(value: int) -> bytes:
     return bytes(parts)
 
 
-def _read_varint(payload: bytes, at: int) -> tuple[int, int]:
+def _read_varint(payload: bytes | memoryview, at: int) -> tuple[int, int]:
     value = shift = 0
     while True:
         if at >= len(payload):

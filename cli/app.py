@@ -127,9 +127,12 @@ def info(log: LogArgument) -> None:
     from zenvoy.cli.report import print_facts
 
     try:
-        print_facts(console, read_facts(log))
+        facts = read_facts(log)
     except LogError as error:
         _refuse(str(error))
+    if facts.cut:
+        errors.print(f"{log}: {facts.cut}")
+    print_facts(console, facts)
 
 
 @app.command()
@@ -146,7 +149,10 @@ def analyze(
     folder = log.parent if out is None else out
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        print_summary(console, summarize(log))
+        summary = summarize(log)
+        for note in summary["notes"]:
+            errors.print(f"{log}: {note}")
+        print_summary(console, summary)
         figure = overview(log)
         for suffix in ("png", "svg"):
             figure.savefig(folder / f"overview.{suffix}", dpi=150)

@@ -55,6 +55,9 @@ def _summarize(folder: Path, console: Console, errors: Console) -> None:
     except LogError as error:
         errors.print(f"no summary: {error}")
         return
+    if summary["end"] is None:  # what went wrong has hit the log too
+        for note in summary["notes"]:
+            errors.print(note)
     (folder / "summary.json").write_text(as_json(summary))
     if summary["cycles"]:
         print_summary(console, summary)

@@ -23,8 +23,8 @@ def print_summary(console: Console, summary: dict[str, Any]) -> None:
 
 def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     lines = [
-        ("end", str(summary["end"])),
-        ("fingerprint", str(summary["fingerprint"])),
+        ("end", summary["end"] or "not logged"),
+        ("fingerprint", summary["fingerprint"] or "not logged"),
         (
             "cycles",
             f"{summary['cycles']}: {summary['simulated_s']:g} s simulated in "

@@ -8,6 +8,7 @@ import pty
 import re
 import resource
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -197,13 +198,48 @@ def test_info_of_another_log_is_refused(tmp_path: Path) -> None:
     assert_refused(refused, "other.mcap: an MCAP file, but not the log of a run")
 
 
-@pytest.mark.parametrize("part", [0.01, 0.5, 0.999])
-def test_info_of_a_cut_log_says_that_it_is_cut(
-    done: tuple[Path, Outcome], tmp_path: Path, part: float
-) -> None:
+@pytest.fixture
+def cut(done: tuple[Path, Outcome], tmp_path: Path) -> Callable[[float], Path]:
+    """Copies a part of the log of the run as cut.mcap."""
     whole = (done[0] / "a" / "b" / "run.mcap").read_bytes()
-    (tmp_path / "cut.mcap").write_bytes(whole[: int(part * len(whole))])
-    assert_refused(zenvoy(tmp_path, "info", "cut.mcap"), "cut off before its end")
+
+    def copy(part: float) -> Path:
+        (tmp_path / "cut.mcap").write_bytes(whole[: int(part * len(whole))])
+        return tmp_path
+
+    return copy
+
+
+@pytest.mark.parametrize("of", ["info", "analyze"])
+def test_a_log_cut_before_it_says_what_it_is_is_refused(
+    cut: Callable[[float], Path], of: str
+) -> None:
+    assert_refused(zenvoy(cut(0.01), of, "cut.mcap"), "cut.mcap: cut off before it says what")
+
+
+@pytest.mark.parametrize("part", [0.5, 0.999])
+def test_info_of_a_cut_log_reads_up_to_the_cut(cut: Callable[[float], Path], part: float) -> None:
+    outcome = zenvoy(cut(part), "info", "cut.mcap")
+    assert outcome.code == 0
+    said = re.fullmatch(r"cut\.mcap: the log is cut: read up to ([\d.]+) s of 2 s\n", outcome.err)
+    assert said is not None, outcome.err
+    printed = rows(outcome.out)
+    assert printed["seed"] == ["7"]
+    read = read_log(cut(part) / "cut.mcap")
+    assert {topic: printed[topic] for topic in TOPICS} == {
+        topic: [str(len(read.of(topic)))] for topic in TOPICS
+    }
+    assert float(said[1]) == pytest.approx(0.1 * max(0, len(read.of("/fleet/truth")) - 1))
+
+
+def test_analyze_of_a_cut_log_reads_up_to_the_cut(
+    done: tuple[Path, Outcome], cut: Callable[[float], Path]
+) -> None:
+    whole = zenvoy(done[0], "analyze", "a/b/run.mcap")
+    outcome = zenvoy(cut(0.999), "analyze", "cut.mcap")  # all but the end of the index
+    assert (outcome.code, whole.code, whole.err) == (0, 0, "")
+    assert outcome.err == "cut.mcap: the log is cut: read up to 2 s of 2 s\n"
+    assert rows(outcome.out)["frames"] == rows(whole.out)["frames"]
 
 
 @pytest.mark.parametrize("bus", ["zenoh", "in-process"])
@@ -257,11 +293,27 @@ def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
     """A full disk, or rather the limit that a shell can set on the size of files."""
     (tmp_path / "s.yaml").write_text(ENDLESS)
     options = ["--out", "o", "--bus", "in-process"]
-    outcome = zenvoy(tmp_path, "run", "s.yaml", *options, limit=(resource.RLIMIT_FSIZE, 100_000))
+    limit = (resource.RLIMIT_FSIZE, 2_000_000)
+    outcome = zenvoy(tmp_path, "run", "s.yaml", *options, limit=limit)
     assert outcome.code == 1
     first, second = outcome.err.splitlines()
     assert first == "the run cannot go on: [Errno 27] File too large"
-    assert second.startswith("no summary: o/run.mcap: ")
+    said = re.fullmatch(r"the log is cut: read up to ([\d.]+) s of 100000 s", second)
+    assert said is not None, second
+    summary = json.loads((tmp_path / "o" / "summary.json").read_text())
+    assert summary["cycles"] == round(float(said[1]) * 10) > 10
+    assert (summary["end"], summary["fingerprint"]) == (None, None)
+
+
+def test_a_disk_that_was_full_at_once_leaves_no_cycle(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(ENDLESS)
+    options = ["--out", "o", "--bus", "in-process"]
+    outcome = zenvoy(tmp_path, "run", "s.yaml", *options, limit=(resource.RLIMIT_FSIZE, 10_000))
+    assert outcome.code == 1
+    assert outcome.err.splitlines()[1:] == [
+        "the log is cut: read up to 0 s of 100000 s",
+        "no cycle was logged",
+    ]
 
 
 def test_too_few_file_descriptors_are_told_in_a_line(tmp_path: Path) -> None:

@@ -1,0 +1,38 @@
+"""What a reader of a run must know before believing its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from zenvoy.analysis.columns import Table
+from zenvoy.analysis.log import Facts
+from zenvoy.bus import messages_pb2 as pb
+
+_ASKED = "asked to end"  # by a signal, or because a process was lost
+
+
+def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[str, ...]:
+    """A sentence each for a cut, an early end, a lost process, and nothing logged at all."""
+    last_s = float(truth["time_ns"][-1]) * 1e-9 if truth else 0.0
+    notes = [facts.cut] if facts.cut else []
+    for event in events:
+        if event.kind == pb.EVENT_PROCESS_LOST:
+            notes.append(f"lost {event.text} at {event.time_ns * 1e-9:g} s")
+    early = _early_end(facts, events, last_s)
+    if early:
+        notes.append(f"{early} of {facts.duration_s:g} s")
+    if not truth or len(truth["time_ns"]) < 2:
+        notes.append("no cycle was logged")
+    return tuple(notes)
+
+
+def _early_end(facts: Facts, events: Sequence[pb.Event], last_s: float) -> str:
+    """How and when a run ended that did not run to its end; "" for one that did."""
+    stops = [event for event in events if event.kind == pb.EVENT_STOPPED]
+    if stops and stops[0].text != _ASKED:
+        return f"the run was stopped at {stops[0].time_ns * 1e-9:g} s: {stops[0].text};"
+    end = facts.result.get("end", "complete")
+    at_s = float(facts.result.get("simulated_s", last_s))
+    if stops or end == "stopped":
+        return f"the run was interrupted at {at_s:g} s"
+    return "" if end == "complete" else f"the run failed at {at_s:g} s: {end};"

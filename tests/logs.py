@@ -1,0 +1,49 @@
+"""Logs of small runs, made in this process by the parts that a run is made of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Agent
+from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.bus.topics import EVENTS
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.cli.run import labels_of
+from zenvoy.scenarios import load
+from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.world.agent import WorldAgent
+from zenvoy.world.recorder import Recorder
+
+
+class InterruptedRunError(Exception):
+    """Raised between two messages of the log, as a signal does."""
+
+
+def write_log(path: Path, scenario: str, *, until_cycle: int | None = None, lost: str = "") -> Path:
+    """Run a scenario, given as YAML, and log it; `until_cycle`: the run is interrupted there.
+
+    `lost`: a process that is then said to be lost.
+    """
+    source = path.with_suffix(".yaml")
+    source.write_text(scenario)
+    loaded = load(source)
+
+    def interrupt(clock: pb.Clock) -> None:
+        if clock.cycle == until_cycle:
+            raise InterruptedRunError
+
+    agents: list[Agent] = [WorldAgent(loaded.scenario), ChannelAgent(loaded.scenario)]
+    for vehicle in range(1, loaded.scenario.fleet.size + 1):
+        agents.append(VehicleAgent(loaded.scenario, vehicle))
+    with Recorder(path, labels_of(loaded, "in-process"), wall_ns) as recorder:
+        recorder.on_clock = interrupt
+        try:
+            InProcessBus(agents, recorder.log).run()
+        except InterruptedRunError:
+            recorder.end = "stopped"
+            if lost:
+                event = pb.Event(time_ns=recorder.time_ns, kind=pb.EVENT_PROCESS_LOST, text=lost)
+                recorder.log(EVENTS, event.time_ns, event.SerializeToString())
+    return path
