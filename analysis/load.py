@@ -92,7 +92,7 @@ class Run:
     @property
     def time_s(self) -> NDArray[np.float64]:
         """Time of each row of truth, s; (0,) where there is none."""
-        return np.asarray(self.truth.get("time_ns", np.zeros(0)) * 1e-9)
+        return np.asarray(self.truth.get("time_ns", np.zeros(0)) / 1e9)
 
     @property
     def cycles(self) -> int:

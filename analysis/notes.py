@@ -20,7 +20,7 @@ def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[st
             notes.append(f"lost {event.text} at {event.time_ns * 1e-9:g} s")
     early = _early_end(facts, events, last_s)
     if early:
-        notes.append(f"{early} of {facts.duration_s:g} s")
+        notes.append(early)
     if not truth or len(truth["time_ns"]) < 2:
         notes.append("no cycle was logged")
     return tuple(notes)
@@ -29,10 +29,11 @@ def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[st
 def _early_end(facts: Facts, events: Sequence[pb.Event], last_s: float) -> str:
     """How and when a run ended that did not run to its end; "" for one that did."""
     stops = [event for event in events if event.kind == pb.EVENT_STOPPED]
+    of = f"of {facts.duration_s:g} s"
     if stops and stops[0].text != _ASKED:
-        return f"the run was stopped at {stops[0].time_ns * 1e-9:g} s: {stops[0].text};"
+        return f"the run was stopped at {stops[0].time_ns * 1e-9:g} s {of}: {stops[0].text}"
     end = facts.result.get("end", "complete")
     at_s = float(facts.result.get("simulated_s", last_s))
     if stops or end == "stopped":
-        return f"the run was interrupted at {at_s:g} s"
-    return "" if end == "complete" else f"the run failed at {at_s:g} s: {end};"
+        return f"the run was interrupted at {at_s:g} s {of}"
+    return "" if end == "complete" else f"the run failed at {at_s:g} s {of}: {end}"

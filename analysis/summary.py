@@ -23,14 +23,18 @@ def summarize(path: Path) -> Summary:
 
     What does not apply to the run (no braking, no estimates, shorter than 100 s) is None.
     """
-    run = load(path)
+    return summary_of(load(path))
+
+
+def summary_of(run: Run) -> Summary:
+    """Summary of a run that is loaded; raises LogError where its frames cannot be read."""
     summary = _result(run)
     if run.truth:
         summary |= _distances(run)
         summary |= _agreement(run)
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in run.events)
-    summary["frames"] = _frames(path)
+    summary["frames"] = _frames(run.path)
     return summary
 
 

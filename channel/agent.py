@@ -72,9 +72,13 @@ class ChannelAgent:
         """Put a cycle's frames on the air; returns what becomes of them."""
         positions = inbox.one(POSITIONS)
         sent_ns = positions.time_ns
-        sequence = np.array([beacon.sequence for beacon in inbox.all(BEACON)], dtype=np.int64)
+        beacons = inbox.all(BEACON)
+        sequence = np.array([beacon.sequence for beacon in beacons], dtype=np.int64)
         position = np.array(positions.position)
         reach = pairs(position, self._medium.technology.range_m, self._ring_length_m)
+        speaks = np.array([not beacon.silent for beacon in beacons])
+        if not speaks.all():
+            reach = Pairs(*(column[speaks[reach.source]] for column in reach))
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
         fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium)
         self._air.send(inbox.payloads(BEACON), reach.source, reach.destination, fate.arrived_ns)

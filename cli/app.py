@@ -41,6 +41,13 @@ console = Console(soft_wrap=False)
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 
+class Form(StrEnum):
+    """The kinds of files a log can be exported to."""
+
+    PARQUET = "parquet"
+    CSV = "csv"
+
+
 class Bus(StrEnum):
     """The buses a fleet can run on."""
 
@@ -138,29 +145,54 @@ def info(log: LogArgument) -> None:
 @app.command()
 def analyze(
     log: LogArgument,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
+    ] = None,
+) -> None:
+    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    from zenvoy.cli.analyze import analyze
+
+    raise typer.Exit(analyze(log, out, console, errors))
+
+
+@app.command()
+def compare(
+    logs: Annotated[list[Path], typer.Argument(metavar="RUN.mcap...", help="Logs, two or more.")],
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a run; once for each, in order."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
+    ] = None,
+) -> None:
+    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    from zenvoy.cli.analyze import compare
+
+    raise typer.Exit(compare(logs, label or [], out, console, errors))
+
+
+@app.command()
+def export(
+    log: LogArgument,
+    to: Annotated[Form, typer.Option(help="Kind of the files.")],
     out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
 ) -> None:
-    """Print the summary of a log, and draw an overview of the run (PNG and SVG)."""
-    from zenvoy.analysis.figures import overview
+    """Write the topics of a log as tables, a file each, with units in the names of columns."""
+    from zenvoy.analysis import export as tables
+    from zenvoy.analysis.load import load as load_log
     from zenvoy.analysis.log import LogError
-    from zenvoy.analysis.summary import summarize
-    from zenvoy.cli.report import print_summary
 
-    folder = log.parent if out is None else out
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        summary = summarize(log)
-        for note in summary["notes"]:
+        loaded = load_log(log)
+        for note in loaded.notes:
             errors.print(f"{log}: {note}")
-        print_summary(console, summary)
-        figure = overview(log)
-        for suffix in ("png", "svg"):
-            figure.savefig(folder / f"overview.{suffix}", dpi=150)
-            console.print(f"{folder / 'overview'}.{suffix}", highlight=False, soft_wrap=True)
+        for file in tables.export(loaded, log.parent if out is None else out, to.value):
+            console.print(str(file), highlight=False, soft_wrap=True)
     except LogError as error:
         _refuse(str(error))
-    except OSError as error:
-        _refuse(f"--out {folder}: {error.strerror}")
+    except tables.ExportError as error:
+        _refuse(f"--out {error}")
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +20,7 @@ from zenvoy.channel.agent import ChannelAgent
 from zenvoy.cli.fleet import clock_to, process_table
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.supervisor import Death, Supervisor
-from zenvoy.scenarios import Loaded, Scenario, effective_json
+from zenvoy.scenarios import Loaded, MultiNode, Scenario, effective_json, roster
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.knowledge import prepare
 from zenvoy.world.agent import WorldAgent
@@ -113,11 +114,21 @@ def _rehearse(scenario: Scenario) -> None:
     bytecode: afterwards the processes share the result instead of each writing a copy.
     """
     prepare(scenario)
-    fleet = scenario.fleet.model_copy(update={"size": 3})
-    changes = {"fleet": fleet, "events": (), "duration_s": 64 * scenario.period_ns * 1e-9}
+    # The model that most of the fleet ends up with; what is said of single vehicles does not apply.
+    models = Counter(told.phases[-1][1] for told in roster(scenario))
+    control = scenario.control.model_copy(
+        update={"model": models.most_common(1)[0][0], "schedule": (), "multi_node": MultiNode()}
+    )
+    size = 2 * control.multi_node.neighbours + 1
+    changes = {
+        "control": control,
+        "fleet": scenario.fleet.model_copy(update={"size": size, "groups": ()}),
+        "events": (),
+        "duration_s": 64 * scenario.period_ns * 1e-9,
+    }
     small = scenario.model_copy(update=changes)
     agents: list[Agent] = [WorldAgent(small), ChannelAgent(small)]
-    agents += [VehicleAgent(small, vehicle) for vehicle in (1, 2, 3)]
+    agents += [VehicleAgent(small, vehicle) for vehicle in range(1, size + 1)]
     InProcessBus(agents, lambda *_: None).run()
 
 

@@ -12,6 +12,7 @@ from zenvoy.scenarios.errors import (
     UnreadableScenarioError,
 )
 from zenvoy.scenarios.loader import Loaded, builtin, load
+from zenvoy.scenarios.roster import Settings, roster
 from zenvoy.scenarios.schema import (
     Brake,
     Channel,
@@ -19,8 +20,11 @@ from zenvoy.scenarios.schema import (
     Estimator,
     Fleet,
     Gains,
+    Group,
     Loss,
     Model,
+    MultiNode,
+    Platoon,
     Road,
     Scenario,
     Sensors,
@@ -35,16 +39,20 @@ __all__ = [
     "Estimator",
     "Fleet",
     "Gains",
+    "Group",
     "InvalidScenarioError",
     "Loaded",
     "Loss",
     "Model",
+    "MultiNode",
     "Place",
+    "Platoon",
     "Problem",
     "Road",
     "Scenario",
     "ScenarioError",
     "Sensors",
+    "Settings",
     "Switch",
     "TechnologyName",
     "UnknownScenarioError",
@@ -53,4 +61,5 @@ __all__ = [
     "effective_json",
     "effective_yaml",
     "load",
+    "roster",
 ]

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.sets import members
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ def disagreements(scenario: Scenario) -> list[Problem]:
     return [
         *_lengths(scenario),
         *_ring(scenario),
+        *_weights(scenario),
+        *_groups(scenario),
         *_times(scenario),
         *_schedule(scenario),
         *_events(scenario),
@@ -54,15 +57,34 @@ def _lengths(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _ring(scenario: Scenario) -> Iterator[Problem]:
-    """On a ring of two, the vehicle ahead and the vehicle behind are the same one."""
-    control = scenario.control
-    models: dict[str, str] = {"control.model": control.model}
-    models |= {f"control.schedule.{i}.model": s.model for i, s in enumerate(control.schedule)}
-    bilateral = next((key for key, model in models.items() if model != "FM"), None)
-    if scenario.road.type == "ring" and bilateral and scenario.fleet.size < 3:
-        need = f"which {models[bilateral]} needs on the ring"
-        text = f"{scenario.fleet.size} is not at least 3, {need}"
-        yield Problem(key="fleet.size", text=text, related=(bilateral, "road.type"))
+    """On the ring nobody may be ahead and behind at once."""
+    if scenario.road.type != "ring":
+        return
+    needs = {"BCM": 3, "PBCM": 3, "MBCM": 2 * scenario.control.multi_node.neighbours + 1}
+    wanted = [(needs.get(model, 0), key, model) for key, model in _models(scenario)]
+    need, key, model = max(wanted, key=lambda want: want[0])
+    if scenario.fleet.size < need:
+        text = f"{scenario.fleet.size} is not at least {need}, which {model} needs on the ring"
+        related = (key, "road.type", "control.multi_node.neighbours")
+        yield Problem(key="fleet.size", text=text, related=related[: 3 if model == "MBCM" else 2])
+
+
+def _models(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Every model that is named, with the key where it is."""
+    yield "control.model", scenario.control.model
+    for index, switch in enumerate(scenario.control.schedule):
+        yield f"control.schedule.{index}.model", switch.model
+    for index, group in enumerate(scenario.fleet.groups):
+        if group.model is not None:
+            yield f"fleet.groups.{index}.model", group.model
+
+
+def _weights(scenario: Scenario) -> Iterator[Problem]:
+    multi = scenario.control.multi_node
+    if not isinstance(multi.weights, str) and len(multi.weights) != multi.neighbours:
+        key = "control.multi_node.neighbours"
+        text = f"{len(multi.weights)} numbers, not one for each of {key} ({multi.neighbours})"
+        yield Problem(key="control.multi_node.weights", text=text, related=(key,))
 
 
 def _times(scenario: Scenario) -> Iterator[Problem]:
@@ -76,9 +98,42 @@ def _times(scenario: Scenario) -> Iterator[Problem]:
         yield Problem(key="control.v2v_wait_ms", text=text, related=("period_ms",))
 
 
+def _groups(scenario: Scenario) -> Iterator[Problem]:
+    size = scenario.fleet.size
+    sets: dict[str, frozenset[int]] = {}
+    for index, group in enumerate(scenario.fleet.groups):
+        key = f"fleet.groups.{index}"
+        if group.name in {"all", "not"}:
+            yield Problem(key=f"{key}.name", text=f"{group.name!r} means something else in a set")
+        elif group.name in sets:
+            yield Problem(key=f"{key}.name", text=f"{group.name!r} is another group's name already")
+        if (group.vehicles is None) == (group.share is None):
+            both = "neither" if group.share is None else "both"
+            text = f"{both} of vehicles and share; allowed: one of them"
+            yield Problem(key=key, text=text, related=(f"{key}.vehicles", f"{key}.share"))
+        sets[group.name] = frozenset()
+        if group.vehicles is not None:
+            try:
+                sets[group.name] = members(group.vehicles, size, sets)
+            except ValueError as error:
+                related = ("fleet.size",)
+                yield Problem(key=f"{key}.vehicles", text=str(error), related=related)
+
+
 def _schedule(scenario: Scenario) -> Iterator[Problem]:
-    for index, (before, switch) in enumerate(pairwise(scenario.control.schedule), start=1):
-        if round(switch.at_s * _NS_PER_S) <= round(before.at_s * _NS_PER_S):
+    schedule = scenario.control.schedule
+    names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
+    for index, switch in enumerate(schedule):
+        if switch.vehicles is not None:
+            try:
+                members(switch.vehicles, scenario.fleet.size, names)
+            except ValueError as error:
+                key = f"control.schedule.{index}.vehicles"
+                yield Problem(key=key, text=str(error), related=("fleet.size",))
+    for index, (before, switch) in enumerate(pairwise(schedule), start=1):
+        at_ns, before_ns = round(switch.at_s * _NS_PER_S), round(before.at_s * _NS_PER_S)
+        # At the same instant other vehicles may switch, the same ones may not.
+        if at_ns < before_ns or (at_ns == before_ns and switch.vehicles == before.vehicles):
             earlier = trimmed(before.at_s)
             text = f"{trimmed(switch.at_s)} is not later than the switch before ({earlier})"
             key = f"control.schedule.{index}.at_s"

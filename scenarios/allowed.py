@@ -33,15 +33,20 @@ def schema_at(path: Path) -> JsonSchema:
     schema = _root_schema()
     for step in path:
         schema = schema["items"] if isinstance(step, int) else schema["properties"][step]
+        nullable = "anyOf" in schema
+        if nullable:
+            schema = schema["anyOf"][0]
         if "$ref" in schema:
             schema = _root_schema()["$defs"][schema["$ref"].rpartition("/")[2]]
-        if "anyOf" in schema:
-            schema = {**schema["anyOf"][0], "nullable": True, "default": None}
+        if nullable:
+            schema = {**schema, "nullable": True, "default": None}
     return schema
 
 
 def noun(schema: JsonSchema) -> str:
     """The type, or the values to choose from: "a whole number", "one of ring, open"."""
+    if "noun" in schema:
+        return f"{schema['noun']} or null" if "nullable" in schema else str(schema["noun"])
     if "const" in schema:
         return str(schema["const"])
     if "enum" in schema:
@@ -74,4 +79,6 @@ def stand_in(schema: JsonSchema) -> object:
     if "properties" in schema:
         required = schema.get("required", [])
         return {key: stand_in(schema["properties"][key]) for key in required}
-    return schema["enum"][0] if "enum" in schema else 1
+    if "enum" in schema:
+        return schema["enum"][0]
+    return "a" if schema["type"] == "string" else 1

@@ -12,8 +12,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from zenvoy.scenarios.agreement import refuse_disagreements
+from zenvoy.scenarios.inputs import GroupName, VehicleSet, Weights
 
-Model = Literal["FM", "BCM", "PBCM"]
+Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 
 # Keeps every sum and product of settings finite, and every time within an int64 of nanoseconds.
@@ -39,6 +40,34 @@ class Road(Section):
     type: Literal["ring", "open"] = "ring"
 
 
+class Gains(Section):
+    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures).
+
+    k_c draws the speed to the desired one; below 0 it drives it away, as the paper prints it.
+    """
+
+    k_d: NonNegative = 0.1
+    k_v: NonNegative = 0.5
+    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
+
+
+class Group(Section):
+    """A set of vehicles with settings of its own; null: those of `control`.
+
+    The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. Where groups
+    overlap, the later one counts.
+    """
+
+    name: GroupName
+    vehicles: VehicleSet | None = None
+    share: Fraction | None = None
+    model: Model | None = None
+    gains: Gains | None = None
+    desired_gap_m: Positive | None = None
+    desired_speed_mps: NonNegative | None = None
+    beacons: bool = True
+
+
 class Fleet(Section):
     """Vehicles 1..size, evenly spaced at the start; vehicle i follows i - 1."""
 
@@ -46,21 +75,38 @@ class Fleet(Section):
     length_m: Positive = 5.0
     gap_m: Positive = 37.5
     speed_mps: NonNegative = 30.0
-
-
-class Gains(Section):
-    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures)."""
-
-    k_d: NonNegative = 0.1
-    k_v: NonNegative = 0.5
-    k_c: NonNegative = 0.05
+    groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is welcome too
 
 
 class Switch(Section):
-    """From at_s on, vehicles run this model."""
+    """From at_s on, these vehicles run this model.
+
+    vehicles null: all to which no group gives a model of its own.
+    """
 
     at_s: NonNegative
     model: Model
+    vehicles: VehicleSet | None = None
+
+
+class MultiNode(Section):
+    """MBCM: how many vehicles on each side count, and their weights c_1 .. c_m, nearest first."""
+
+    neighbours: Annotated[int, Field(ge=1, le=100)] = 3
+    weights: Weights = "least-squares"
+
+
+class Platoon(Section):
+    """CACC: consecutive vehicles in platoons of `size` (null: one of all), led by the first.
+
+    c1 is the weight of the leader against the vehicle ahead, xi the damping ratio and omega_n
+    the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's.
+    """
+
+    size: Annotated[int, Field(ge=2, le=10_000)] | None = None
+    c1: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    xi: Annotated[float, Field(ge=1, le=LARGEST)] = 1.0
+    omega_n: Positive = 0.2
 
 
 class Control(Section):
@@ -69,18 +115,15 @@ class Control(Section):
     model: Model = "PBCM"
     schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
     gains: Gains = Gains()
+    multi_node: MultiNode = MultiNode()
+    platoon: Platoon = Platoon()
+    neighbour_state: Literal["radar", "position"] = "radar"
     desired_gap_m: Positive = 37.5
     desired_speed_mps: NonNegative = 30.0
     acceleration_limit_mps2: Positive = 3.0
     v2v_wait_ms: NonNegative = 11.0
     system_delay_ms: NonNegative = 89.0
     beacon_age_limit_ms: Positive = 1000.0
-
-    @property
-    def phases(self) -> list[tuple[int, Model]]:
-        """Each model with the time (ns) from which it is in force, in order of time."""
-        switches = [(round(switch.at_s * NS_PER_S), switch.model) for switch in self.schedule]
-        return [(0, self.model), *switches]
 
 
 class Sensors(Section):

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.vehicles.controllers import Law, bilateral, following, limited
+from zenvoy.vehicles.controllers import (
+    Law,
+    PlatoonLaw,
+    Told,
+    bilateral,
+    cooperative,
+    following,
+    limited,
+    multi_node,
+    multi_node_weights,
+)
 from zenvoy.vehicles.relative import Relative
 
 LAW = Law(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0, a_max=3.0)
@@ -63,3 +74,73 @@ def test_speeds_are_drawn_to_the_desired_one(v: float, k_c: float) -> None:
 def test_limit(a: float, within: float) -> None:
     assert limited(a, LAW) == within
     assert limited(a, replace(LAW, a_max=0.4)) == max(-0.4, min(0.4, a))
+
+
+# --- MBCM ---
+
+
+@pytest.mark.parametrize(
+    ("kind", "m", "weights"),
+    [
+        ("least-squares", 1, (1.0,)),
+        ("least-squares", 3, (1 / 14, 4 / 14, 9 / 14)),
+        ("uniform", 4, (0.25, 0.25, 0.25, 0.25)),
+        ((0.5, 0.3, 0.2), 3, (0.5, 0.3, 0.2)),
+        ((0.5, 0.3, 0.2), 2, (0.625, 0.375)),  # a shorter chain, the same sum
+        ((0.0, 1.0), 1, (0.0,)),
+    ],
+)
+def test_weights(kind: str | tuple[float, ...], m: int, weights: tuple[float, ...]) -> None:
+    assert multi_node_weights(kind, m) == pytest.approx(weights, abs=1e-15)
+
+
+@given(st.sampled_from(["least-squares", "uniform"]), st.integers(1, 100))
+def test_weights_by_name_sum_to_one(kind: str, m: int) -> None:
+    assert math.fsum(multi_node_weights(kind, m)) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_multi_node() -> None:
+    sides = (
+        (Relative(40.0, 1.0), Relative(35.0, 0.0)),  # 0.1 · 5 + 0.5 · 1 = 1
+        (Relative(70.0, 0.0), Relative(80.0, 2.0)),  # -1 - 1 = -2
+    )
+    # 0.2 · 1 + 0.8 · -2 + 0.05 · 10
+    assert multi_node(sides, (0.2, 0.8), 20.0, LAW) == pytest.approx(-0.9, abs=1e-12)
+
+
+@given(st.floats(1, 100), st.floats(-5, 5), st.floats(1, 100), st.floats(-5, 5), st.floats(0, 40))
+def test_multi_node_of_one_is_bilateral(
+    p: float, v: float, p_behind: float, v_behind: float, own: float
+) -> None:
+    ahead, behind = Relative(p, v), Relative(p_behind, v_behind)
+    one = multi_node([(ahead, behind)], multi_node_weights("least-squares", 1), own, LAW)
+    assert one == pytest.approx(bilateral(ahead, behind, own, LAW), abs=1e-9)
+
+
+# --- CACC ---
+
+STEADY = Told(30.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "told", "leader", "v", "a"),
+    [
+        (REST, STEADY, STEADY, 30.0, 0.0),
+        # c1 = 0.5, xi = 1, omega_n = 0.2: alphas 0.5, 0.5, -0.3, -0.1, -0.04 (Plexe)
+        (REST, Told(30.0, 1.0), STEADY, 30.0, 0.5),
+        (REST, STEADY, Told(30.0, -2.0), 30.0, -1.0),
+        (Relative(37.5, 2.0), STEADY, STEADY, 30.0, 0.6),
+        (REST, STEADY, Told(28.0, 0.0), 30.0, -0.2),
+        (Relative(47.5, 0.0), STEADY, STEADY, 30.0, 0.4),
+    ],
+)
+def test_cooperative(ahead: Relative, told: Told, leader: Told, v: float, a: float) -> None:
+    assert cooperative(ahead, told, leader, v, LAW) == pytest.approx(a, abs=1e-12)
+
+
+def test_cooperative_with_more_damping() -> None:
+    law = replace(LAW, platoon=PlatoonLaw(c1=0.25, xi=1.25, omega_n=0.4))
+    # xi + sqrt(xi² - 1) = 2: alpha_3 = -(2.5 - 0.5) 0.4 = -0.8, alpha_4 = -0.25 · 2 · 0.4 = -0.2
+    ahead = Relative(38.5, 1.0)
+    a = cooperative(ahead, Told(0.0, 0.4), Told(29.0, 0.8), 30.0, law)
+    assert a == pytest.approx(0.75 * 0.4 + 0.25 * 0.8 + 0.8 - 0.2 + 0.16, abs=1e-12)

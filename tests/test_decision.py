@@ -5,13 +5,16 @@ from __future__ import annotations
 import pytest
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.vehicles.controllers import Law
-from zenvoy.vehicles.decision import Place, View, decide
+from zenvoy.vehicles.controllers import Law, Told
+from zenvoy.vehicles.decision import Place, Predicted, View, decide
 from zenvoy.vehicles.relative import Relative
 
 LAW = Law(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0, a_max=3.0)
-READ = View(ahead=Relative(40.5, 0.0), behind=Relative(35.5, 0.0), speed=30.0)
-PREDICTED = View(ahead=Relative(39.5, 1.0), behind=Relative(36.5, 0.0), speed=28.0)
+READ = View(
+    radar=Relative(40.5, 0.0), ahead=Relative(40.5, 0.0), behind=Relative(35.5, 0.0), speed=30.0
+)
+PREDICTED = Predicted(ahead=Relative(39.5, 1.0), behind=Relative(36.5, 0.0), speed=28.0)
+MODELS = ["FM", "BCM", "MBCM", "PBCM", "CACC"]
 DEAF = READ._replace(behind=None)
 
 FM_READ = 0.3  # 0.1 · (40.5 - 37.5)
@@ -49,7 +52,7 @@ def test_decisions(
     model: str,
     place: Place,
     read: View,
-    predicted: View | None,
+    predicted: Predicted | None,
     a: float,
     mode: pb.Mode.ValueType,
 ) -> None:
@@ -58,17 +61,61 @@ def test_decisions(
     assert decision.mode == mode
 
 
-@pytest.mark.parametrize("model", ["FM", "BCM", "PBCM"])
+@pytest.mark.parametrize("model", MODELS)
 def test_the_first_of_the_open_road_keeps_its_speed(model: str) -> None:
-    for view in (READ, View(ahead=None, behind=READ.behind, speed=20.0)):
-        decision = decide(model, Place.FIRST, view, view, LAW)
-        assert decision == (0.0, pb.MODE_CONSTANT_SPEED)
+    for view in (READ, View(radar=None, ahead=None, behind=READ.behind, speed=20.0)):
+        decision = decide(model, Place.FIRST, view, PREDICTED, LAW)
+        assert decision == (0.0, pb.MODE_CONSTANT_SPEED, 0)
 
 
 @pytest.mark.parametrize("place", [Place.MIDDLE, Place.LAST])
-@pytest.mark.parametrize("model", ["FM", "BCM", "PBCM"])
+@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("behind", [None, Relative(37.5, 0.0)])
 def test_no_decision_is_beyond_the_limit(model: str, place: Place, behind: Relative | None) -> None:
     for gap, limit in ((5.0, -3.0), (1_000.0, 3.0)):
-        view = View(ahead=Relative(gap, 0.0), behind=behind, speed=30.0)
-        assert decide(model, place, view, view, LAW).acceleration == limit
+        ahead = Relative(gap, 0.0)
+        view = View(
+            radar=ahead,
+            ahead=ahead,
+            behind=behind,
+            speed=30.0,
+            sides=((ahead, behind),) if behind else (),
+            told=Told(30.0, 2 * limit),
+            leader=Told(30.0, 2 * limit),
+        )
+        predicted = Predicted(ahead, behind, 30.0)
+        assert decide(model, place, view, predicted, LAW).acceleration == limit
+
+
+SIDES = ((Relative(40.5, 0.0), Relative(35.5, 0.0)), (Relative(80.0, 0.0), Relative(70.0, 0.0)))
+
+
+def assert_decides(
+    model: str, view: View, a: float, mode: pb.Mode.ValueType, m: int = 0, at: Place = Place.MIDDLE
+) -> None:
+    decision = decide(model, at, view, None, LAW)
+    assert decision.acceleration == pytest.approx(a, abs=1e-12)
+    assert (decision.mode, decision.neighbours) == (mode, m)
+
+
+def test_mbcm_counts_those_it_knows_of_on_both_sides() -> None:
+    # weights 1/5 and 4/5 of 0.1 · 5 and 0.1 · 10
+    assert_decides("MBCM", READ._replace(sides=SIDES), 0.9, pb.MODE_MBCM, 2)
+    assert_decides("MBCM", READ._replace(sides=SIDES[:1]), BCM_READ, pb.MODE_MBCM, 1)
+    assert_decides("MBCM", READ, FM_READ, pb.MODE_FALLBACK_FM)
+    assert_decides("MBCM", READ, FM_READ, pb.MODE_MBCM, at=Place.LAST)
+
+
+def test_cacc_needs_the_one_ahead_and_the_leader() -> None:
+    view = READ._replace(told=Told(30.0, 0.4), leader=Told(29.0, 0.2))
+    # 0.5 · 0.4 + 0.5 · 0.2 - 0.1 · 1 + 0.04 · 3
+    assert_decides("CACC", view, 0.32, pb.MODE_CACC)
+    assert_decides("CACC", view, 0.32, pb.MODE_CACC, at=Place.LAST)
+    assert_decides("CACC", view._replace(told=None), FM_READ, pb.MODE_FALLBACK_FM)
+    assert_decides("CACC", view._replace(leader=None), FM_READ, pb.MODE_FALLBACK_FM)
+
+
+def test_without_reported_positions_the_own_radar_serves() -> None:
+    """With neighbour_state position the link ahead comes from a beacon, too."""
+    for model in ("FM", "BCM", "CACC"):
+        assert_decides(model, READ._replace(ahead=None), FM_READ, pb.MODE_FALLBACK_FM)

@@ -273,5 +273,5 @@ events: [{vehicle: 1, at_s: 0.5, duration_s: 5, deceleration_mps2: 9}]
     run = load(write_log(tmp_path / "c.mcap", crash))
     last = run.events[-1]
     assert MessageToDict(last)["kind"] == "EVENT_STOPPED"
-    assert run.notes == (f"the run was stopped at {run.time_s[-1]:g} s: collision; of 20 s",)
+    assert run.notes == (f"the run was stopped at {run.time_s[-1]:g} s of 20 s: collision",)
     assert any(event.kind == pb.EVENT_COLLISION for event in run.events)

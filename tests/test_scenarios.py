@@ -273,15 +273,9 @@ def test_the_effective_json_is_sorted_and_read_back() -> None:
     text = effective_json(scenario)
     values = json.loads(text)
     assert list(values) == sorted(Scenario.model_fields)
-    assert list(values["fleet"]) == ["gap_m", "length_m", "size", "speed_mps"]
+    assert list(values["sensors"]) == ["distribution", "error", "position_std_m"]
     assert Scenario.model_validate_json(text) == scenario
     assert effective_json(Scenario(duration_s=60)) == effective_json(Scenario(duration_s=60.0))
-
-
-def test_the_phases_follow_the_schedule() -> None:
-    schedule = (Switch(at_s=10, model="BCM"), Switch(at_s=20, model="PBCM"))
-    control = Control(model="FM", schedule=schedule)
-    assert control.phases == [(0, "FM"), (10_000_000_000, "BCM"), (20_000_000_000, "PBCM")]
 
 
 def test_periods_are_whole_nanoseconds() -> None:

@@ -19,8 +19,11 @@ from zenvoy.scenarios import (
     Estimator,
     Fleet,
     Gains,
+    Group,
     Loss,
     Model,
+    MultiNode,
+    Platoon,
     Road,
     Scenario,
     ScenarioError,
@@ -39,6 +42,25 @@ NO_DEADLINE = settings(deadline=None)
 positive = st.floats(min_value=1e-6, max_value=1e9)
 non_negative = st.floats(min_value=0, max_value=1e9)
 models: st.SearchStrategy[Model] = st.sampled_from(get_args(Model))
+
+gains = st.builds(Gains, k_d=non_negative, k_v=non_negative, k_c=non_negative)
+weights: st.SearchStrategy[Any] = st.sampled_from(["least-squares", "uniform", [0.5], (2.0,)])
+
+
+def groups(size: int) -> st.SearchStrategy[Group]:
+    settings = {
+        "name": st.from_regex(r"[A-Za-z][A-Za-z0-9_]*", fullmatch=True).filter(
+            lambda name: name not in {"all", "not"}
+        ),
+        "model": st.none() | models,
+        "gains": st.none() | gains,
+        "desired_speed_mps": st.none() | non_negative,
+        "beacons": st.booleans(),
+    }
+    vehicles = st.sampled_from(["all", 1, [1, "2-3"], f"not {size}", "1 - 2"])
+    return st.builds(Group, share=st.floats(0, 1), **settings) | st.builds(
+        Group, vehicles=vehicles, **settings
+    )
 
 
 @st.composite
@@ -63,11 +85,20 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         stall_limit_s=draw(positive),
         on_collision=draw(st.sampled_from(["continue", "stop"])),
         road=Road(type=draw(st.sampled_from(["ring", "open"]))),
-        fleet=Fleet(size=size, length_m=length_m, gap_m=draw(longer), speed_mps=draw(non_negative)),
+        fleet=Fleet(
+            size=size,
+            length_m=length_m,
+            gap_m=draw(longer),
+            speed_mps=draw(non_negative),
+            groups=tuple(draw(st.lists(groups(size), max_size=3, unique_by=lambda g: g.name))),
+        ),
         control=Control(
             model=draw(models),
             schedule=tuple(Switch(at_s=ms / 1000, model=draw(models)) for ms in switches_ms),
-            gains=draw(st.builds(Gains, k_d=non_negative, k_v=non_negative, k_c=non_negative)),
+            gains=draw(gains),
+            multi_node=MultiNode(neighbours=draw(st.just(1)), weights=draw(weights)),
+            platoon=Platoon(size=draw(st.none() | st.integers(2, 10_000))),
+            neighbour_state=draw(st.sampled_from(["radar", "position"])),
             desired_gap_m=draw(longer),
             desired_speed_mps=draw(non_negative),
             acceleration_limit_mps2=draw(positive),

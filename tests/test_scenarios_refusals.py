@@ -101,7 +101,7 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ("road: {type: }", "road.type: null is not one of ring, open  (s.yaml, line 1)"),
         (
             "seed: 1\nfleet:\n",
-            "fleet: null is not a mapping; allowed keys: size, length_m, gap_m, speed_mps"
+            "fleet: null is not a mapping; allowed keys: size, length_m, gap_m, speed_mps, groups"
             "  (s.yaml, line 2)",
         ),
         (
@@ -149,7 +149,8 @@ def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None
         ),
         (
             "control: {schedule: [{at_s: 1}]}",
-            "control.schedule.0.model: missing; allowed: one of FM, BCM, PBCM  (s.yaml, line 1)",
+            "control.schedule.0.model: missing; allowed: one of FM, BCM, MBCM, PBCM, CACC"
+            "  (s.yaml, line 1)",
         ),
         (
             "control: {schedule: [{model: FM}]}",
@@ -474,8 +475,9 @@ sensors:
         "channel.loss.p: 1.4 is not in [0, 1]  (s.yaml, line 6)",
         "channel.loss: given twice, first in s.yaml, line 5; allowed: once  (s.yaml, line 7)",
         "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 9)",
-        "control.schedule.0.model: 'X' is not one of FM, BCM, PBCM  (s.yaml, line 11)",
-        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, model  (s.yaml, line 12)",
+        "control.schedule.0.model: 'X' is not one of FM, BCM, MBCM, PBCM, CACC  (s.yaml, line 11)",
+        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, model, vehicles"
+        "  (s.yaml, line 12)",
         "control.schedule.3.at_s: 5 is not later than the switch before (10)  (s.yaml, line 14)",
         "seed: the tag !dice is not one of !!map, !!seq, !!null, !!bool, !!int, !!float, !!str"
         "  (s.yaml, line 15)",

@@ -8,10 +8,11 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE
-from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.controllers import Law
-from zenvoy.vehicles.decision import Place, decide
+from zenvoy.scenarios import Scenario, Settings, roster
+from zenvoy.vehicles.controllers import Law, PlatoonLaw
+from zenvoy.vehicles.decision import Place, Predicted, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
+from zenvoy.vehicles.neighbours import neighbours
 from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState
 
@@ -22,6 +23,7 @@ _REST: Final = ("planned_from_ns", "planned_acceleration", "silent")
 _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
 _COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours",))
+_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR)
 
 
 class VehicleAgent:
@@ -30,26 +32,19 @@ class VehicleAgent:
     role = "vehicle"
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
-        control, size = scenario.control, scenario.fleet.size
+        settings = roster(scenario)[vehicle - 1]
         self.vehicle = vehicle
-        self.name = vehicle_name(vehicle, size)
-        self._phases = control.phases
+        self.name = vehicle_name(vehicle, scenario.fleet.size)
+        self._phases = list(settings.phases)
         self._place = _place(scenario, vehicle)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
-        self._age_limit_ns = scenario.beacon_age_limit_ns
-        self._law = Law(
-            k_d=control.gains.k_d,
-            k_v=control.gains.k_v,
-            k_c=control.gains.k_c,
-            p_des=control.desired_gap_m,
-            v_des=control.desired_speed_mps,
-            a_max=control.acceleration_limit_mps2,
-        )
-        ahead_id = 0 if self._place is Place.FIRST else (vehicle - 2) % size + 1
-        behind_id = 0 if self._place is Place.LAST else vehicle % size + 1
-        self._estimates = "PBCM" in {model for _, model in self._phases}
-        self._known = Knowledge(scenario, ahead_id, behind_id, self._estimates)
+        self._law = _law(scenario, settings)
+        self._tells = settings.beacons
+        self._estimates = "PBCM" in settings.models
+        self._counts_neighbours = "MBCM" in settings.models
+        self._neighbours = neighbours(scenario, vehicle, settings)
+        self._known = Knowledge(scenario, self._neighbours, self._estimates)
         self._cycle = 0
         self._senses = True
 
@@ -78,6 +73,9 @@ class VehicleAgent:
         """Beacon: the readings, and what the vehicle expects of itself."""
         planned_from_ns, planned = self._known.sense(sense)
         cycle, time_ns = self._cycle, sense.time_ns
+        if not self._tells:
+            silence = pb.Beacon(cycle=cycle, time_ns=time_ns, vehicle=self.vehicle, silent=True)
+            return silence.SerializeToString()
         motion = (sense.position, sense.speed, sense.acceleration)
         if sense.HasField("ahead"):
             link = sense.ahead
@@ -92,35 +90,69 @@ class VehicleAgent:
     def _decide(self, now_ns: int) -> bytes:
         """Command for the instant at which it takes effect, and what it was based on."""
         known, effective_ns = self._known, now_ns + self._delay_ns
-        age_ns = known.age_ns
-        read = known.read()
-        if age_ns > self._age_limit_ns:
-            read = read._replace(behind=None)
         predicted = known.predict(effective_ns) if self._estimates else None
-        while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
-            del self._phases[0]
-        model = self._phases[0][1]
-        a, mode = decide(
-            model, self._place, read, predicted if model == "PBCM" else None, self._law
-        )
-        known.command(effective_ns, a)
-        return _COMMAND.encode(
+        model = self._model_at(now_ns)
+        decision = decide(model, self._place, self._view(model, now_ns), predicted, self._law)
+        known.command(effective_ns, decision.acceleration)
+        values = (
             self._cycle,
             now_ns,
             self.vehicle,
             effective_ns,
-            a,
-            mode,
+            decision.acceleration,
+            decision.mode,
             *_told(known.link_ahead, predicted.ahead if predicted else None),
             *_told(known.link_behind, predicted.behind if predicted else None),
-            *((known.speed.estimate, known.speed.std, predicted.speed) if predicted else _NO_SPEED),
-            age_ns,
+            *self._speeds(predicted),
+            known.age_ns,
         )
+        if self._counts_neighbours:
+            return _COMMAND_OF_MANY.encode(*values, decision.neighbours)
+        return _COMMAND.encode(*values)
+
+    def _model_at(self, now_ns: int) -> str:
+        """The model in force; the leader of a platoon has nobody to cooperate with, and follows."""
+        while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
+            del self._phases[0]
+        model = self._phases[0][1]
+        return "FM" if model == "CACC" and self._neighbours.leader == self.vehicle else model
+
+    def _view(self, model: str, now_ns: int) -> View:
+        """What there is to decide on, as far as the model looks at it."""
+        known, view = self._known, self._known.read(now_ns)
+        if model == "MBCM":
+            return view._replace(sides=known.sides(now_ns))
+        if model == "CACC":
+            told = known.radio.told(self._neighbours.ahead[0]) if self._neighbours.ahead else None
+            return view._replace(told=told, leader=known.radio.told(self._neighbours.leader))
+        return view
+
+    def _speeds(self, predicted: Predicted | None) -> tuple[float, ...]:
+        if predicted is None:
+            return _NO_SPEED
+        speed = self._known.speed
+        return (speed.estimate, speed.std, predicted.speed)
 
 
 def vehicle_name(vehicle: int, size: int) -> str:
     """Name of a vehicle's process, so that names sort: `vehicle-07` of 40."""
     return f"vehicle-{vehicle:0{max(2, len(str(size)))}d}"
+
+
+def _law(scenario: Scenario, settings: Settings) -> Law:
+    control, gains = scenario.control, settings.gains
+    return Law(
+        k_d=gains.k_d,
+        k_v=gains.k_v,
+        k_c=gains.k_c,
+        p_des=settings.desired_gap_m,
+        v_des=settings.desired_speed_mps,
+        a_max=control.acceleration_limit_mps2,
+        weights=control.multi_node.weights,
+        platoon=PlatoonLaw(
+            c1=control.platoon.c1, xi=control.platoon.xi, omega_n=control.platoon.omega_n
+        ),
+    )
 
 
 def _place(scenario: Scenario, vehicle: int) -> Place:

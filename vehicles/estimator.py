@@ -22,12 +22,14 @@ class ReadingError:
     """Variance of readings that are wrong by a share of what they read.
 
     `nominal` is a usual reading; the variance is exact for it as long as no other size came.
+    `floor`: the standard deviation is at least this, whatever is read.
     """
 
-    __slots__ = ("_high", "_low", "_nominal", "_share", "_variance")
+    __slots__ = ("_floor", "_high", "_low", "_nominal", "_share", "_variance")
 
-    def __init__(self, share_std: float, nominal: float) -> None:
+    def __init__(self, share_std: float, nominal: float, floor: float = 1e-3) -> None:
         self._share = share_std
+        self._floor = floor
         self._nominal = max(nominal, 0.1)
         self._low = self._high = self._variance = 0.0
 
@@ -38,7 +40,7 @@ class ReadingError:
             steps = round(math.log(size / self._nominal, _RESCALE))
             used = self._nominal * _RESCALE**steps
             self._low, self._high = used / _RESCALE, used * _RESCALE
-            self._variance = max(self._share * used, 1e-3) ** 2
+            self._variance = max(self._share * used, self._floor) ** 2
         return self._variance
 
 

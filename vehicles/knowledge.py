@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from math import isfinite
-from operator import attrgetter
+import math
+from copy import copy
 from typing import Final
-
-from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.decision import View
+from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.gains import gain_schedule, settle
 from zenvoy.vehicles.motion import Motion
+from zenvoy.vehicles.neighbours import Neighbours
+from zenvoy.vehicles.radio import Radio
 from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState, SpeedState
 
@@ -27,46 +27,49 @@ class Knowledge:
     `estimates`: whether to run the filters, which only PBCM needs.
     """
 
-    def __init__(self, scenario: Scenario, ahead_id: int, behind_id: int, estimates: bool) -> None:
-        self._ahead_id, self._behind_id = ahead_id, behind_id
+    def __init__(self, scenario: Scenario, neighbours: Neighbours, estimates: bool) -> None:
+        self._neighbours = neighbours
+        self._ahead_id = neighbours.ahead[0] if neighbours.ahead else 0
+        self._behind_id = neighbours.behind[0] if neighbours.behind else 0
         self._estimates = estimates
+        self._by_position = scenario.control.neighbour_state == "position"
         self._period_ns = scenario.period_ns
-        self._age_limit_ns = scenario.beacon_age_limit_ns
-        keep_ns = scenario.beacon_age_limit_ns + scenario.system_delay_ns + 4 * scenario.period_ns
-        self._own, self._ahead, self._behind = Motion(keep_ns), Motion(keep_ns), Motion(keep_ns)
-        self._commanded = Motion(keep_ns)
+        self._keep_ns = (
+            scenario.beacon_age_limit_ns + scenario.system_delay_ns + 4 * scenario.period_ns
+        )
+        self._own, self._ahead, self._behind, self._commanded = (
+            Motion(self._keep_ns) for _ in range(4)
+        )
         self._commanded.learn(0, 0, 0.0, (), ())
+        self.radio = Radio(neighbours, scenario.beacon_age_limit_ns)
         self._sense = pb.Sense()
-        self._heard_ahead_ns = -1
-        self._heard_behind: pb.Beacon | None = None
-        self._heard_behind_ns = -1
+        self._past: dict[int, pb.Sense] = {}  # own readings by time, where positions are compared
         self._set_up_estimates(scenario)
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
         acceleration_std = scenario.estimator.acceleration_std_mps2
-        error_std, control = scenario.sensors.error_std, scenario.control
+        control = scenario.control
+        gap_error, speed_error = _link_errors(scenario)
 
         def link(front: Motion, rear: Motion) -> LinkState:
             return LinkState(
                 self._period_ns,
                 acceleration_std,
-                gap_error=ReadingError(error_std, control.desired_gap_m),
-                speed_error=ReadingError(error_std, control.desired_speed_mps),
+                gap_error=copy(gap_error),
+                speed_error=copy(speed_error),
                 front=front,
                 rear=rear,
             )
 
         self.link_ahead = link(front=self._ahead, rear=self._own)
         self.link_behind = link(front=self._own, rear=self._behind)
-        own_error = ReadingError(error_std, control.desired_speed_mps)
+        own_error = ReadingError(scenario.sensors.error_std, control.desired_speed_mps)
         self.speed = SpeedState(self._period_ns, acceleration_std, own_error)
 
     @property
     def age_ns(self) -> int:
         """Age at t_k of what the vehicle behind told; -1 where it told nothing yet."""
-        if self._heard_behind is None:
-            return -1
-        return self._sense.time_ns - self._heard_behind_ns
+        return self.radio.age_ns(self._behind_id)
 
     def sense(self, sense: pb.Sense) -> tuple[list[int], list[float]]:
         """Take in the own readings; returns the accelerations expected of oneself from t_k on.
@@ -76,6 +79,10 @@ class Knowledge:
         """
         self._sense = sense
         start_ns, time_ns = sense.time_ns - self._period_ns, sense.time_ns
+        if self._by_position:
+            self._past[time_ns] = sense
+            if len(self._past) > self._keep_ns // self._period_ns + 2:
+                del self._past[next(iter(self._past))]
         reading = sense.acceleration
         if abs(reading - self._commanded.mean(start_ns, time_ns)) > _CONTRADICTS:
             plan = [time_ns], [reading]
@@ -86,63 +93,73 @@ class Knowledge:
 
     def hear(self, receive: pb.Receive) -> None:
         """Take in the frames that have arrived, then bring the estimates to t_k."""
-        neighbours = (self._ahead_id, self._behind_id)
-        payloads = receive.beacon
-        beacons = [
-            beacon
-            for row, source in enumerate(receive.source)
-            if source in neighbours and (beacon := self._understood(payloads[row]))
-        ]
-        for beacon in sorted(beacons, key=attrgetter("time_ns")):
-            if beacon.vehicle == self._ahead_id and beacon.time_ns > self._heard_ahead_ns:
-                self._heard_ahead_ns = beacon.time_ns
+        sense = self._sense
+        for beacon in self.radio.hear(receive, sense.time_ns):
+            if beacon.vehicle == self._ahead_id:
                 self._learn(self._ahead, beacon)
-            if beacon.vehicle == self._behind_id and beacon.time_ns > self._heard_behind_ns:
-                self._heard_behind, self._heard_behind_ns = beacon, beacon.time_ns
+                if self._by_position:
+                    state = self._gap_then(beacon, ahead=True)
+                    self._measure(self.link_ahead, beacon, state)
+            if beacon.vehicle == self._behind_id:
                 self._learn(self._behind, beacon)
-                self._measure(self.link_behind, beacon)
-        if self._sense.time_ns - self._heard_ahead_ns > self._age_limit_ns:
+                state = self._gap_then(beacon, ahead=False) if self._by_position else _radar(beacon)
+                self._measure(self.link_behind, beacon, state)
+        if self.radio.fresh(self._ahead_id) is None:
             self._ahead.forget()  # an old plan is worse than none
-        self._measure(self.link_ahead, self._sense)
+        if not self._by_position:
+            self._measure(self.link_ahead, sense, _radar(sense))
         if self._estimates:
-            self.speed.measure(self._sense.speed, self._sense.acceleration)
-
-    def _understood(self, payload: bytes) -> pb.Beacon | None:
-        """Beacon in a frame; None where it makes no sense: anyone may send anything."""
-        try:
-            beacon = pb.Beacon.FromString(payload)
-        except DecodeError:
-            return None
-        numbers = beacon.acceleration + beacon.speed + beacon.ahead.gap + beacon.ahead.speed
-        plan = beacon.planned_acceleration
-        makes_sense = (
-            isfinite(numbers + sum(plan))
-            and beacon.time_ns <= self._sense.time_ns
-            and len(plan) == len(beacon.planned_from_ns)
-        )
-        return beacon if makes_sense else None
+            self.speed.measure(sense.speed, sense.acceleration)
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""
         self._commanded.learn(effective_ns, effective_ns, acceleration, (), ())
 
-    def read(self) -> View:
-        """The newest readings, as they are."""
-        sense, heard = self._sense, self._heard_behind
-        return View(
-            ahead=_relative(sense.ahead) if sense.HasField("ahead") else None,
-            behind=_relative(heard.ahead) if heard and heard.HasField("ahead") else None,
-            speed=sense.speed,
-        )
+    def read(self, now_ns: int) -> View:
+        """The newest readings, as they are; what is older than the age limit is missing."""
+        radar = _radar(self._sense)
+        if self._by_position:
+            ahead, behind = self._positions(now_ns)
+            link_ahead, link_behind = next(iter(ahead), None), next(iter(behind), None)
+        else:
+            told = self.radio.radar_of(self._behind_id)
+            link_ahead, link_behind = radar, told and Relative(told.gap, told.speed)
+        return View(radar=radar, ahead=link_ahead, behind=link_behind, speed=self._sense.speed)
 
-    def predict(self, until_ns: int) -> View:
+    def sides(self, now_ns: int) -> tuple[tuple[Relative, Relative], ...]:
+        """States to the j-th vehicle ahead and behind, j = 1..m, as far as both are known."""
+        sense = self._sense
+        if self._by_position:
+            ahead, behind = self._positions(now_ns)
+        else:
+            ahead, behind = self.radio.chains(sense.ahead if sense.HasField("ahead") else None)
+        return tuple(zip(ahead, behind, strict=False))
+
+    def predict(self, until_ns: int) -> Predicted:
         """The estimates, predicted to `until_ns`. Needs `estimates`."""
         _, change = self._own.over(self._sense.time_ns, until_ns)
-        return View(
+        return Predicted(
             ahead=self.link_ahead.predict(until_ns),
             behind=self.link_behind.predict(until_ns),
             speed=max(0.0, self.speed.estimate + change),
         )
+
+    def _positions(self, now_ns: int) -> tuple[list[Relative], list[Relative]]:
+        """Own position now against the others' last reported ones, as naive receivers do."""
+        sense = self._sense
+        here = sense.position + sense.speed * (now_ns - sense.time_ns) * 1e-9
+        return self.radio.positions(here, sense.speed)
+
+    def _gap_then(self, beacon: pb.Beacon, *, ahead: bool) -> Relative | None:
+        """State of a link at the time of the neighbour's beacon, by both positions then."""
+        own = self._past.get(beacon.time_ns)
+        if own is None:
+            return None
+        if ahead:
+            gap = beacon.position + self._neighbours.seam_ahead[0] - own.position
+            return Relative(gap, beacon.speed - own.speed)
+        gap = own.position - beacon.position + self._neighbours.seam_behind[0]
+        return Relative(gap, own.speed - beacon.speed)
 
     def _learn(self, motion: Motion, beacon: pb.Beacon) -> None:
         time_ns = beacon.time_ns
@@ -154,20 +171,45 @@ class Knowledge:
             beacon.planned_acceleration,
         )
 
-    def _measure(self, link: LinkState, source: pb.Beacon | pb.Sense) -> None:
-        if self._estimates and source.HasField("ahead"):
-            link.measure(source.time_ns, _relative(source.ahead), source.speed)
+    def _measure(
+        self, link: LinkState, source: pb.Beacon | pb.Sense, state: Relative | None
+    ) -> None:
+        if self._estimates and state is not None:
+            link.measure(source.time_ns, state, source.speed)
 
 
 def prepare(scenario: Scenario) -> None:
     """Compute the gains of a steady flow, for the processes that are forked from this one."""
     error_std, control = scenario.sensors.error_std, scenario.control
-    gap = ReadingError(error_std, control.desired_gap_m).variance(control.desired_gap_m)
-    speed = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
-    for variances in ((gap, speed), (speed,)):
+    gap_error, speed_error = _link_errors(scenario)
+    own = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
+    gap = gap_error.variance(control.desired_gap_m)
+    speed = speed_error.variance(control.desired_speed_mps)
+    for variances in ((gap, speed), (own,)):
         period_s = scenario.period_ns * 1e-9
         settle(gain_schedule(period_s, scenario.estimator.acceleration_std_mps2, variances))
 
 
-def _relative(link: pb.Link) -> Relative:
+def _link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
+    """Of a link's gap and of its relative speed, as they are read or told."""
+    sensors, control = scenario.sensors, scenario.control
+    if control.neighbour_state == "position":  # differences of two readings each
+        both = math.sqrt(2.0)
+        return (
+            ReadingError(
+                0.0, control.desired_gap_m, floor=max(both * sensors.position_std_m, 1e-3)
+            ),
+            ReadingError(both * sensors.error_std, control.desired_speed_mps),
+        )
+    return (
+        ReadingError(sensors.error_std, control.desired_gap_m),
+        ReadingError(sensors.error_std, control.desired_speed_mps),
+    )
+
+
+def _radar(source: pb.Sense | pb.Beacon) -> Relative | None:
+    """The radar reading in a sense or a beacon; None where no vehicle is ahead."""
+    if not source.HasField("ahead"):
+        return None
+    link = source.ahead
     return Relative(link.gap, link.speed)

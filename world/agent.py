@@ -12,7 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import command_row, estimate_row
@@ -46,6 +46,7 @@ class WorldAgent:
         self._fleet = Fleet(scenario)
         self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
         self._chronicle = Chronicle(scenario)
+        self._counts_neighbours = any("MBCM" in told.models for told in roster(scenario))
         delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
         self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
         self._step = 0
@@ -124,7 +125,7 @@ class WorldAgent:
         """Rows of the log about the cycle that has ended."""
         return [
             Envelope(FRAMES, 0, links.frames, links.time_ns),
-            estimate_row(commands),
+            estimate_row(commands, self._counts_neighbours),
             command_row(commands),
         ]
 

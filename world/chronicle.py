@@ -51,7 +51,11 @@ class Chronicle:
 
 def _scheduled(scenario: Scenario) -> list[pb.Event]:
     events = [
-        pb.Event(time_ns=round(switch.at_s * 1e9), kind=pb.EVENT_MODEL, text=switch.model)
+        pb.Event(
+            time_ns=round(switch.at_s * 1e9),
+            kind=pb.EVENT_MODEL,
+            text=switch.model if switch.vehicles is None else f"{switch.model}: {switch.vehicles}",
+        )
         for switch in scenario.control.schedule
     ]
     for brake in scenario.events:

@@ -21,8 +21,8 @@ def command_row(commands: Sequence[pb.Command]) -> Envelope:
     return Envelope(FLEET_COMMAND, 0, message.SerializeToString(), first.time_ns)
 
 
-def estimate_row(commands: Sequence[pb.Command]) -> Envelope:
-    """Estimates and predictions behind the commands."""
+def estimate_row(commands: Sequence[pb.Command], with_neighbours: bool) -> Envelope:
+    """Estimates and predictions behind the commands; `with_neighbours`: and how many counted."""
     first = commands[0]
     ahead = [command.ahead for command in commands]
     behind = [command.behind for command in commands]
@@ -48,5 +48,6 @@ def estimate_row(commands: Sequence[pb.Command]) -> Envelope:
         behind_predicted_gap=[link.predicted_gap for link in behind],
         behind_predicted_speed=[link.predicted_speed for link in behind],
         behind_measured_ns=[link.measured_ns for link in behind],
+        neighbours=[command.neighbours for command in commands] if with_neighbours else (),
     )
     return Envelope(ESTIMATE, 0, message.SerializeToString(), first.time_ns)

@@ -1,0 +1,54 @@
+"""Values that may be written in more than one way, and the one way in which they are kept."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, WithJsonSchema
+
+
+def _set_text(value: object) -> object:
+    """5 as "5", [1, "4-6"] as "1, 4-6"; what is neither is left for the schema to refuse."""
+    items = value if isinstance(value, list | tuple) and value else [value]
+    if all(isinstance(item, str | int) and not isinstance(item, bool) for item in items):
+        return ", ".join(str(item).strip() for item in items)
+    return value
+
+
+def _weights(value: object) -> str | tuple[float, ...]:
+    if value in ("least-squares", "uniform"):
+        return str(value)
+    if not isinstance(value, list | tuple) or not all(map(_is_weight, value)) or not any(value):
+        raise ValueError
+    return tuple(float(weight) for weight in value)
+
+
+def _is_weight(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e9
+
+
+def _plain(weights: str | tuple[float, ...]) -> str | list[float]:
+    return weights if isinstance(weights, str) else list(weights)
+
+
+def _noun(words: str) -> WithJsonSchema:
+    """Words for messages: the types alone would not say what may be written."""
+    return WithJsonSchema({"type": "string", "noun": words})
+
+
+GroupName = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$"),
+    _noun("a word of letters, digits and _ that begins with a letter"),
+]
+VehicleSet = Annotated[
+    str,
+    BeforeValidator(_set_text),
+    _noun('vehicles such as 5, 2-9, [1, 4-6], all, the name of a group, or "not" before these'),
+]
+Weights = Annotated[
+    str | tuple[float, ...],
+    PlainValidator(_weights),
+    PlainSerializer(_plain),
+    _noun("least-squares, uniform, or a list of numbers that are at least 0 and not all 0"),
+]

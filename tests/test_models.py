@@ -1,0 +1,232 @@
+"""Whole fleets in one process, without noise: what each model commands, from the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Agent
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.topics import EVENTS, FRAMES, Topic
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.world.agent import WorldAgent
+
+Table = dict[str, NDArray[Any]]
+
+K_D, K_V, K_C, V_DES = 0.1, 0.5, 0.05, 30.0
+RING_M = 12 * 37.5
+BRAKE = [{"type": "brake", "vehicle": 5, "at_s": 0.5, "duration_s": 1.0, "deceleration_mps2": 2.0}]
+
+
+def simulate(**sections: Any) -> dict[str, Any]:
+    """Tables by topic, stacked over time (frames and events: lists), of a run in process."""
+    base: dict[str, Any] = {
+        "duration_s": 6.0,
+        "fleet": {"size": 12},
+        "sensors": {"error": 0.0},
+        "events": BRAKE,
+    }
+    scenario = Scenario.model_validate(base | sections)
+    rows: dict[str, list[Table]] = {}
+    codecs: dict[str, PackedCodec] = {}
+    events: list[pb.Event] = []
+
+    def log(topic: Topic[Any], _time_ns: int, payload: bytes) -> None:
+        if topic is EVENTS:
+            events.append(EVENTS.decode(payload))
+            return
+        codec = codecs.setdefault(topic.name, PackedCodec(topic.message.DESCRIPTOR))
+        rows.setdefault(topic.name, []).append(codec.decode(payload))
+
+    vehicles = range(1, scenario.fleet.size + 1)
+    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
+    agents += [VehicleAgent(scenario, vehicle) for vehicle in vehicles]
+    InProcessBus(agents, log).run()
+    frames = rows.pop(FRAMES.name)
+    tables = {
+        name: {column: np.stack([row[column] for row in of_topic]) for column in of_topic[0]}
+        for name, of_topic in rows.items()
+    }
+    return {**tables, "frames": frames, "events": events}
+
+
+def shifted(column: NDArray[Any], by: int) -> NDArray[Any]:
+    """That of the vehicle `by` places ahead (negative: behind), on the ring."""
+    return np.asarray(np.roll(column, by, axis=1))
+
+
+def position_ahead(position: NDArray[Any], by: int) -> NDArray[Any]:
+    """Position of the vehicle `by` places ahead, one ring length on where the seam is between."""
+    n = position.shape[1]
+    lap = (np.arange(n)[None, :] < by).astype(float) - (np.arange(n)[None, :] >= n + by)
+    return np.asarray(shifted(position, by) + RING_M * lap)
+
+
+def pulls(truth: Table, j: int) -> NDArray[Any]:
+    """k_d (p_{i-j} - 2 p_i + p_{i+j}) + k_v (the same in v), of every vehicle at t_k."""
+    p, v = truth["position"][:-1], truth["speed"][:-1]
+    stretch = position_ahead(p, j) - 2 * p + position_ahead(p, -j)
+    return np.asarray(K_D * stretch + K_V * (shifted(v, j) - 2 * v + shifted(v, -j)))
+
+
+@pytest.mark.parametrize("state", ["radar", "position"])
+@pytest.mark.parametrize(
+    ("model", "multi_node", "weights"),
+    [
+        ("BCM", {}, (1.0,)),
+        ("MBCM", {}, (1 / 14, 4 / 14, 9 / 14)),
+        ("MBCM", {"neighbours": 2, "weights": "uniform"}, (0.5, 0.5)),
+        ("MBCM", {"neighbours": 4, "weights": [0.4, 0.3, 0.2, 0.1]}, (0.4, 0.3, 0.2, 0.1)),
+    ],
+)
+def test_bilateral_commands(
+    model: str, multi_node: Any, weights: tuple[float, ...], state: str
+) -> None:
+    control = {"model": model, "multi_node": multi_node, "neighbour_state": state}
+    tables = simulate(control=control)
+    truth, speed = tables["truth"], tables["truth"]["speed"][:-1]
+    expected = sum(c * pulls(truth, j) for j, c in enumerate(weights, 1)) + K_C * (V_DES - speed)
+    if state == "position":
+        # Decided 11 ms after t_k, when the own position is 11 ms farther on, and the others' are
+        # as they were: everyone seems to be v · 11 ms nearer to the one ahead, and farther from
+        # the one behind.
+        expected -= 2 * K_D * speed * 0.011 * sum(weights)
+    expected = np.clip(expected, -3.0, 3.0)
+    np.testing.assert_allclose(tables["fleet command"]["acceleration"], expected, atol=1e-9)
+    assert np.abs(expected).max() > 0.5
+    m = len(weights) if model == "MBCM" else 0
+    assert np.unique(tables["estimate"]["neighbours"]).tolist() == ([m] if m else [])
+
+
+def test_where_the_range_ends_so_does_the_chain() -> None:
+    """5G mmWave reaches 50 m: at 37.5 m from one to the next, only the next vehicle."""
+    control = {"model": "MBCM"}
+    near = simulate(control=control, channel={"technology": "5g-mmwave"})
+    bcm = simulate(control={"model": "BCM"}, channel={"technology": "5g-mmwave"})
+    assert np.all(near["estimate"]["neighbours"] == 1)
+    assert np.array_equal(
+        near["fleet command"]["acceleration"], bcm["fleet command"]["acceleration"]
+    )
+
+
+def test_a_chain_is_as_long_as_on_the_shorter_side() -> None:
+    """Vehicle 6 tells nothing: who would need its word takes fewer into account."""
+    fleet = {"size": 12, "groups": [{"name": "mute", "vehicles": 6, "beacons": False}]}
+    tables = simulate(fleet=fleet, control={"model": "MBCM"})
+    # Behind, the j-th gap is told by vehicle i + j; ahead, the j-th by i - j + 1 (the own radar
+    # knows the first).
+    expected = [3, 3, 2, 1, 0, 3, 1, 2, 3, 3, 3, 3]
+    assert np.all(tables["estimate"]["neighbours"] == expected)
+    modes = tables["estimate"]["mode"][-1].tolist()
+    assert modes == [pb.MODE_MBCM] * 4 + [pb.MODE_FALLBACK_FM] + [pb.MODE_MBCM] * 7
+    assert all(6 not in frames["source"] for frames in tables["frames"])
+    assert all(6 in frames["destination"] for frames in tables["frames"])
+    falls = [event for event in tables["events"] if event.kind == pb.EVENT_FALLBACK]
+    assert [(event.vehicle, event.cycle) for event in falls] == [(5, 0)]
+
+
+def test_the_open_road_has_ends() -> None:
+    tables = simulate(road={"type": "open"}, control={"model": "MBCM"})
+    assert np.all(tables["estimate"]["neighbours"] == [0, 1, 2, *[3] * 6, 2, 1, 0])
+    truth, a = tables["truth"], tables["fleet command"]["acceleration"]
+    p, v = truth["position"][:-1], truth["speed"][:-1]
+    last = K_D * (p[:, -2] - p[:, -1] - 37.5) + K_V * (v[:, -2] - v[:, -1]) + K_C * (30 - v[:, -1])
+    np.testing.assert_allclose(a[:, -1], last, atol=1e-9)
+    assert np.all(a[:, 0] == 0.0)
+
+
+@pytest.mark.parametrize("size", [None, 4])
+def test_platoons(size: int | None) -> None:
+    control = {"model": "CACC", "platoon": {"size": size}, "system_delay_ms": 189}
+    tables = simulate(control=control)
+    truth, a = tables["truth"], tables["fleet command"]["acceleration"]
+    p, v = truth["position"][:-1], truth["speed"][:-1]
+    leaders = np.arange(12) // (size or 12) * (size or 12)
+    ahead, gap = shifted(v, 1), position_ahead(p, 1) - p
+    # What acts from t_k on, as the others tell it: the command that took effect last, decided in
+    # cycle k - 2 for t_k. Vehicle 5 contradicts that while it brakes.
+    told = np.vstack([np.zeros((2, 12)), a[:-2]])
+    read = truth["acceleration"][:-1]
+    meant = np.vstack([np.zeros((3, 12)), a[:-3]])[: len(read)]
+    told = np.where(np.abs(read - meant) > 0.1, read, told)
+    follow = K_D * (gap - 37.5) + K_V * (ahead - v) + K_C * (V_DES - v)
+    cooperate = 0.5 * shifted(told, 1) + 0.5 * told[:, leaders] + 0.3 * (ahead - v)
+    cooperate += 0.1 * (v[:, leaders] - v) + 0.04 * (gap - 37.5)
+    expected = np.where(leaders == np.arange(12), follow, cooperate)
+    np.testing.assert_allclose(a, np.clip(expected, -3.0, 3.0), atol=1e-9)
+    modes = np.where(leaders == np.arange(12), pb.MODE_FM, pb.MODE_CACC)
+    assert np.all(tables["estimate"]["mode"] == modes)
+    assert np.abs(a[:, ::5]).max() > 0.01
+
+
+def test_the_leader_of_a_platoon_out_of_range_is_missed() -> None:
+    control = {"model": "CACC", "platoon": {"size": 4}}
+    tables = simulate(control=control, channel={"technology": "5g-mmwave"})
+    two = [pb.MODE_FM, pb.MODE_CACC, pb.MODE_FALLBACK_FM, pb.MODE_FALLBACK_FM]
+    assert np.all(tables["estimate"]["mode"] == two * 3)
+
+
+@pytest.mark.parametrize("model", ["BCM", "MBCM"])
+def test_old_positions_drag_the_flow_down(model: str) -> None:
+    """v = k_c v_des / (k_c + 2 k_d τ), with τ = 0.1 s where only the last cycle's are at hand."""
+    control = {
+        "model": model,
+        "neighbour_state": "position",
+        "v2v_wait_ms": 0,
+        "system_delay_ms": 100,
+    }
+    tables = simulate(control=control, duration_s=120.0, events=[], fleet={"size": 8})
+    v = K_C * V_DES / (K_C + 2 * K_D * 0.1)
+    np.testing.assert_allclose(tables["truth"]["speed"][-1], v, rtol=1e-3)
+
+
+def test_prediction_makes_old_positions_good() -> None:
+    control = {"model": "PBCM", "neighbour_state": "position", "v2v_wait_ms": 0}
+    tables = simulate(control=control, duration_s=60.0, events=[], fleet={"size": 8})
+    np.testing.assert_allclose(tables["truth"]["speed"][-1], V_DES, rtol=1e-3)
+
+
+def test_pbcm_by_positions_knows_what_it_would_by_radar() -> None:
+    """Without noise both readings are the truth at the same instants."""
+    by = {}
+    for state in ("radar", "position"):
+        control = {"model": "PBCM", "neighbour_state": state}
+        by[state] = simulate(control=control)["truth"]["speed"]
+    np.testing.assert_allclose(by["position"], by["radar"], atol=1e-6)
+    assert np.ptp(by["radar"]) > 1.0
+
+
+def test_everyone_follows_the_model_of_its_group_and_of_the_schedule() -> None:
+    fleet = {
+        "size": 12,
+        "groups": [
+            {"name": "humans", "share": 0.5, "model": "FM", "beacons": False},
+            {"name": "eager", "vehicles": "not humans", "gains": {"k_d": 0.3}},
+        ],
+    }
+    schedule = [
+        {"at_s": 1, "model": "BCM"},
+        {"at_s": 2, "model": "MBCM", "vehicles": "eager"},
+        {"at_s": 2, "model": "CACC", "vehicles": "1-2"},
+    ]
+    control = {"model": "PBCM", "schedule": schedule}
+    tables = simulate(fleet=fleet, control=control, duration_s=3.0)
+    speakers = {source for frames in tables["frames"] for source in frames["source"].tolist()}
+    assert len(speakers) == 6
+    modes = tables["estimate"]["mode"]
+    mute = [v - 1 for v in range(1, 13) if v not in speakers]
+    assert np.all(modes[:20, mute] == pb.MODE_FM)
+    others = {9: {pb.MODE_PBCM}, 19: {pb.MODE_BCM}, 29: {pb.MODE_MBCM, pb.MODE_CACC}}
+    for cycle, allowed in others.items():
+        found = {int(modes[cycle, v - 1]) for v in speakers}
+        assert found <= allowed | {pb.MODE_FALLBACK_FM, pb.MODE_FM}, cycle
+        assert found & allowed, cycle
+    switches = [e.text for e in tables["events"] if e.kind == pb.EVENT_MODEL]
+    assert switches == ["BCM", "MBCM: eager", "CACC: 1-2"]

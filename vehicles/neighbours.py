@@ -1,0 +1,53 @@
+"""Who counts for a vehicle, by the order in which they drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from zenvoy.scenarios import Scenario, Settings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Neighbours:
+    """Vehicles ahead and behind, nearest first, and the leader of the platoon (0: none).
+
+    `seam_ahead` and `seam_behind` are the lengths (m) to be added to the difference of reported
+    positions: positions are not wrapped, so one ring length lies between vehicle 1 and vehicle n.
+    """
+
+    ahead: tuple[int, ...]
+    behind: tuple[int, ...]
+    seam_ahead: tuple[float, ...]
+    seam_behind: tuple[float, ...]
+    leader: int = 0
+
+    @property
+    def everyone(self) -> frozenset[int]:
+        """All whose beacons are worth reading."""
+        return frozenset({*self.ahead, *self.behind, self.leader} - {0})
+
+
+def neighbours(scenario: Scenario, vehicle: int, settings: Settings) -> Neighbours:
+    """Those of `vehicle`, as many as the models it ever runs look at."""
+    size, length_m = scenario.fleet.size, scenario.ring_length_m
+    m = scenario.control.multi_node.neighbours if "MBCM" in settings.models else 1
+    steps = range(1, m + 1)
+    if length_m is None:
+        ahead = [vehicle - j for j in steps if vehicle - j >= 1]
+        behind = [vehicle + j for j in steps if vehicle + j <= size]
+    else:
+        ahead = [(vehicle - 1 - j) % size + 1 for j in steps]
+        behind = [(vehicle - 1 + j) % size + 1 for j in steps]
+    seam = length_m or 0.0
+    return Neighbours(
+        ahead=tuple(ahead),
+        behind=tuple(behind),
+        seam_ahead=tuple(seam if other > vehicle else 0.0 for other in ahead),
+        seam_behind=tuple(seam if other < vehicle else 0.0 for other in behind),
+        leader=_leader(scenario, vehicle) if "CACC" in settings.models else 0,
+    )
+
+
+def _leader(scenario: Scenario, vehicle: int) -> int:
+    size = scenario.control.platoon.size or scenario.fleet.size
+    return (vehicle - 1) // size * size + 1
