@@ -41,11 +41,14 @@ class Road(Section):
 
 
 class Gains(Section):
-    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures)."""
+    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures).
+
+    k_c draws the speed to the desired one; below 0 it drives it away, as the paper prints it.
+    """
 
     k_d: NonNegative = 0.1
     k_v: NonNegative = 0.5
-    k_c: NonNegative = 0.05
+    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
 
 
 class Group(Section):
