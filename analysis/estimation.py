@@ -47,7 +47,7 @@ def estimation_section(run: Run) -> Section:
         return Section(title=_TITLE, notes=("No cycle was logged: there is nothing to compare.",))
     found = quantities(run)
     if all(np.isnan(quantity.estimated).all() for quantity in found):
-        note = "Nothing was estimated: no vehicle runs PBCM, so all act on readings as they are."
+        note = "Nothing was estimated: the models of this run act on readings as they are."
         return Section(title=_TITLE, notes=(note,))
     vehicle = first_to_brake(run)
     return Section(

@@ -329,7 +329,7 @@ def test_a_run_that_estimates_nothing_says_so(folder: Path) -> None:
     section = estimation_section(run)
     assert (section.sheets, section.pictures) == ((), ())
     assert section.notes == (
-        "Nothing was estimated: no vehicle runs PBCM, so all act on readings as they are.",
+        "Nothing was estimated: the models of this run act on readings as they are.",
     )
 
 
