@@ -43,13 +43,12 @@ class Knowledge:
         self._set_up_estimates(scenario)
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
-        acceleration_std = scenario.estimator.acceleration_std_mps2
         error_std, control = scenario.sensors.error_std, scenario.control
 
         def link(front: Motion, rear: Motion) -> LinkState:
             return LinkState(
                 self._period_ns,
-                acceleration_std,
+                scenario.estimator,
                 gap_error=ReadingError(error_std, control.desired_gap_m),
                 speed_error=ReadingError(error_std, control.desired_speed_mps),
                 front=front,
@@ -59,7 +58,7 @@ class Knowledge:
         self.link_ahead = link(front=self._ahead, rear=self._own)
         self.link_behind = link(front=self._own, rear=self._behind)
         own_error = ReadingError(error_std, control.desired_speed_mps)
-        self.speed = SpeedState(self._period_ns, acceleration_std, own_error)
+        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error)
 
     @property
     def age_ns(self) -> int:
@@ -161,6 +160,8 @@ class Knowledge:
 
 def prepare(scenario: Scenario) -> None:
     """Compute the gains of a steady flow, for the processes that are forked from this one."""
+    if scenario.estimator.kind != "kalman":
+        return  # nothing of the others is shared
     error_std, control = scenario.sensors.error_std, scenario.control
     gap = ReadingError(error_std, control.desired_gap_m).variance(control.desired_gap_m)
     speed = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
