@@ -3,15 +3,11 @@
 The rows are run in turn, ROUNDS times, so that a load that comes and goes meets them all.
 """
 
-import datetime
-import os
-import platform
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 
@@ -20,6 +16,7 @@ from rich.table import Table
 
 from benchmarks.bare_zenoh import Sizes, bare_barrier
 from benchmarks.convoy import convoy_rate
+from benchmarks.facts import facts
 from benchmarks.helics_federates import helics_steps
 
 ROUNDS = 3
@@ -68,7 +65,7 @@ def main() -> None:
     # as an exception, so that processes and socket folders are cleared up on a polite kill too
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     console = Console()
-    facts = _facts()  # before the runs, which raise the load themselves
+    measured_on = facts(PACKAGES)
     rates: dict[str, list[float]] = {row.name: [] for row in ROWS}
     for round_ in range(1, ROUNDS + 1):
         for row in ROWS:
@@ -76,20 +73,7 @@ def main() -> None:
             rates[row.name].append(rate)
             console.print(f"round {round_} of {ROUNDS}: {row.name}: {rate:,.0f}/s", highlight=False)
     console.print(_table(rates))
-    RESULTS.write_text(_markdown(facts, rates), encoding="utf-8")
-
-
-def _facts() -> dict[str, str]:
-    cpuinfo = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    models = [line.partition(":")[2].strip() for line in cpuinfo if line.startswith("model name")]
-    return {
-        "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
-        "cores": str(len(os.sched_getaffinity(0))),
-        "CPU": models[0] if models else platform.machine(),
-        "load before": f"{os.getloadavg()[0]:.1f}",
-        "Python": platform.python_version(),
-        **{package: version(package) for package in PACKAGES},
-    }
+    RESULTS.write_text(_markdown(measured_on, rates), encoding="utf-8")
 
 
 def _cells(rates: Sequence[float]) -> tuple[str, str]:
@@ -105,13 +89,13 @@ def _table(rates: Mapping[str, Sequence[float]]) -> Table:
     return table
 
 
-def _markdown(facts: Mapping[str, str], rates: Mapping[str, Sequence[float]]) -> str:
+def _markdown(measured_on: Sequence[str], rates: Mapping[str, Sequence[float]]) -> str:
     lines = [
         "# Benchmark results",
         "",
         f"Written by `python -m benchmarks`: medians of {ROUNDS} short runs, run in turn.",
         "",
-        *(f"- {fact}: {value}" for fact, value in facts.items()),
+        *measured_on,
         "",
         f"| what | cycles/s, median of {ROUNDS} | range |",
         "|---|---:|---:|",
