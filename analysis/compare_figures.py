@@ -147,7 +147,7 @@ def instants_s(runs: Sequence[Labelled]) -> list[float]:
     They count from the first braking of any run.
     """
     last_s = min(float(run.time_s[-1]) for _, run in runs)
-    brakes_s = [event.at_s for _, run in runs for event in run.scenario.events]
+    brakes_s = [event.at_s for _, run in runs for event in run.scenario.brakes]
     start_s = min([*(at_s for at_s in brakes_s if at_s < last_s), last_s])
     start_s = 0.0 if start_s == last_s else start_s
     return [start_s + after_s for after_s in _AFTER_S if start_s + after_s <= last_s][-_SNAPSHOTS:]
