@@ -45,8 +45,8 @@ conformance: setup
 
 # The picture of the README, from the log of the demo.
 picture:
-	$(BIN)/zenvoy analyze $(DEMO)/run.mcap --out $(DEMO)
-	cp $(DEMO)/overview.png docs/case-15.png
+	$(BIN)/zenvoy analyze $(DEMO)/run.mcap
+	cp $(DEMO)/run-analysis/overview.png docs/case-15.png
 
 proto: setup
 	cd bus && ../$(BIN)/python -m grpc_tools.protoc -I . --plugin=../$(BIN)/protoc-gen-mypy \

@@ -1,83 +1,79 @@
-"""Figures of a run, drawn without a display."""
+"""The overview of a run, drawn without a display."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from zenvoy.analysis.log import Facts, LogError, Table, read_facts, read_fleet
+from zenvoy.analysis import style
+from zenvoy.analysis.load import Run
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 
-# Okabe and Ito's palette: told apart by colour-blind readers too.
-_BLUE: Final = "#0072B2"
-_VERMILION: Final = "#D55E00"
-_SKY: Final = "#56B4E9"
+_LEAD_S: Final = 5.0  # the link is shown from so long before the braking
+_SPAN_S: Final = 60.0
 
 
-def overview(path: Path) -> Figure:
+def overview(run: Run) -> Figure:
     """Speed of every vehicle, MinDistance and MaxDistance, and what the filter makes of a gap.
 
-    Raises LogError where the log has no motion to show.
+    The run must have a cycle.
     """
-    facts = read_facts(path)
-    fleet = read_fleet(path)
-    truth = fleet["/fleet/truth"]
-    if not truth or len(truth["time_ns"]) < 2:
-        raise LogError(f"{path}: no cycle was logged")
-    figure = Figure(figsize=(8.0, 8.6), layout="constrained")
-    heat, distance, link = figure.subplots(3, 1)
-    time_s = truth["time_ns"] * 1e-9
-    gap = gaps(truth["position"], facts.scenario.ring_length_m)
-    _speeds(figure, heat, time_s, truth["speed"])
-    _distances(distance, time_s, gap)
-    _one_link(link, facts, fleet, time_s, gap)
-    run = facts.run
-    figure.suptitle(f"{run['scenario']}, seed {run['seed']}, {run['vehicles']} vehicles")
-    return figure
+    figure, (heat, distance, link) = style.subplots(3, 1, height_in=8.2)
+    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    _speeds(figure, heat, run.time_s, run.truth["speed"])
+    _distances(distance, run.time_s, gap)
+    _one_link(link, run, gap)
+    title = f"{run.name}, seed {run.seed}, {run.vehicles} vehicles"
+    figure.suptitle(style.plain(title))
+    return figure  # type: ignore[no-any-return]
 
 
 def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]) -> None:
     n = speed.shape[1]
     extent = (time_s[0], time_s[-1], 0.5, n + 0.5)
     image = axes.imshow(
-        speed.T, aspect="auto", origin="lower", extent=extent, cmap="cividis", interpolation="none"
+        speed.T,
+        aspect="auto",
+        origin="lower",
+        extent=extent,
+        cmap=style.SPEED_MAP,
+        interpolation="none",
     )
+    axes.grid(visible=False)
     figure.colorbar(image, ax=axes, label="speed, m/s")
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
 
 
 def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
-    axes.plot(time_s, max_distance(gap), color=_VERMILION, lw=0.9, label="MaxDistance")
-    axes.plot(time_s, min_distance(gap), color=_BLUE, lw=0.9, label="MinDistance")
+    axes.plot(time_s, max_distance(gap), color=style.CYCLE[1], lw=0.9, label="MaxDistance")
+    axes.plot(time_s, min_distance(gap), color=style.CYCLE[0], lw=0.9, label="MinDistance")
     axes.set_xlim(time_s[0], time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel("mean of three gaps, m")
-    axes.legend(frameon=False, ncols=2, loc="upper right")
+    axes.legend(ncols=2, loc="upper right")
 
 
-def _one_link(
-    axes: Any, facts: Facts, fleet: dict[str, Table], time_s: NDArray[Any], gap: NDArray[Any]
-) -> None:
+def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
     """The gap ahead of the vehicle behind the first one that brakes, over a minute from then."""
-    brakes = facts.scenario.events
+    brakes = [brake for brake in run.scenario.brakes if brake.at_s < run.time_s[-1]]
     braking = min(brakes, key=lambda brake: brake.at_s) if brakes else None
-    vehicle = (braking.vehicle if braking else 1) % gap.shape[1] + 1
-    start_s = max(0.0, braking.at_s - 5.0) if braking else 0.0
-    radar, estimate = fleet["/fleet/radar"], fleet["/fleet/estimate"]
-    shown = np.flatnonzero((time_s >= start_s) & (time_s <= start_s + 60.0))
-    shown = shown[shown < min(len(radar.get("cycle", ())), len(estimate.get("cycle", ())))]
-    column = vehicle - 1
+    vehicle = (braking.vehicle if braking else 1) % run.vehicles + 1
+    if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road
+        vehicle = 2
+    start_s = max(0.0, braking.at_s - _LEAD_S) if braking else 0.0
+    time_s = run.time_s[: run.cycles]
+    shown = np.flatnonzero((time_s >= start_s) & (time_s <= start_s + _SPAN_S))
     if shown.size:
-        reading, filtered = radar["gap"][shown, column], estimate["ahead_gap"][shown, column]
-        axes.plot(time_s[shown], reading, ".", color=_SKY, ms=3, label="measured")
-        axes.plot(time_s[shown], gap[shown, column], color="black", lw=1.6, label="true")
-        axes.plot(time_s[shown], filtered, color=_VERMILION, lw=1.0, label="estimated")
-        axes.legend(frameon=False, ncols=3, loc="lower right", markerscale=3)
-        axes.set_xlim(time_s[shown[0]], time_s[shown[-1]])
+        time_s, column = time_s[shown], vehicle - 1
+        read, estimated = run.radar["gap"][shown, column], run.estimate["ahead_gap"][shown, column]
+        axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured")
+        axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
+        axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
+        axes.legend(ncols=3, loc="lower right", markerscale=3)
+        axes.set_xlim(start_s, start_s + _SPAN_S if len(shown) == 1 else time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel(f"gap ahead of vehicle {vehicle}, m")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -39,8 +40,18 @@ _RC: Final[dict[Any, Any]] = {
 }
 
 
+def look() -> AbstractContextManager[None]:
+    """The context in which figures are drawn and saved."""
+    return mpl.rc_context(_RC)
+
+
+def plain(text: str) -> str:
+    """A text of the user's for a figure: dollars are dollars, and a legend leaves none out."""
+    return (" " + text if text.startswith("_") else text).replace("$", r"\$")
+
+
 def subplots(rows: int = 1, columns: int = 1, *, height_in: float, **options: Any) -> Any:
     """A figure of page width and its axes: (Figure, Axes or array of Axes)."""
-    with mpl.rc_context(_RC):
+    with look():
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
         return figure, figure.subplots(rows, columns, **options)

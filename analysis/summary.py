@@ -26,14 +26,18 @@ def summarize(path: Path) -> Summary:
 
     What does not apply to the run (no braking, no estimates, shorter than 100 s) is None.
     """
-    run = load(path)
+    return summary_of(load(path))
+
+
+def summary_of(run: Run) -> Summary:
+    """Summary of a run that is loaded; raises LogError where its frames cannot be read."""
     summary = _result(run)
     if run.truth:
         summary |= _distances(run)
         summary |= _agreement(run)
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in run.events)
-    summary["frames"] = _frames(path)
+    summary["frames"] = _frames(run.path)
     return summary
 
 
@@ -63,7 +67,7 @@ def _distances(run: Run) -> Summary:
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
     spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
-    brakes = run.scenario.events
+    brakes = run.scenario.brakes
     if brakes:
         first_s = min(brake.at_s for brake in brakes)
         last_s = max(brake.at_s + brake.duration_s for brake in brakes)

@@ -25,6 +25,7 @@ from zenvoy.scenarios import (
     load,
 )
 
+EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 EXIT_PROCESS_LOST = 3
 EXIT_INTERRUPTED = 130
@@ -145,29 +146,31 @@ def info(log: LogArgument) -> None:
 @app.command()
 def analyze(
     log: LogArgument,
-    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
+    ] = None,
 ) -> None:
-    """Print the summary of a log, and draw an overview of the run (PNG and SVG)."""
-    from zenvoy.analysis.figures import overview
-    from zenvoy.analysis.log import LogError
-    from zenvoy.analysis.summary import summarize
-    from zenvoy.cli.report import print_summary
+    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    from zenvoy.cli.analyze import analyze
 
-    folder = log.parent if out is None else out
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        summary = summarize(log)
-        for note in summary["notes"]:
-            errors.print(f"{log}: {note}")
-        print_summary(console, summary)
-        figure = overview(log)
-        for suffix in ("png", "svg"):
-            figure.savefig(folder / f"overview.{suffix}", dpi=150)
-            console.print(f"{folder / 'overview'}.{suffix}", highlight=False, soft_wrap=True)
-    except LogError as error:
-        _refuse(str(error))
-    except OSError as error:
-        _refuse(f"--out {folder}: {error.strerror}")
+    raise typer.Exit(analyze(log, out, console, errors))
+
+
+@app.command()
+def compare(
+    logs: Annotated[list[Path], typer.Argument(metavar="RUN.mcap...", help="Logs, two or more.")],
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a run; once for each, in order."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
+    ] = None,
+) -> None:
+    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    from zenvoy.cli.analyze import compare
+
+    raise typer.Exit(compare(logs, label or [], out, console, errors))
 
 
 @app.command()
@@ -191,6 +194,37 @@ def export(
         _refuse(str(error))
     except tables.ExportError as error:
         _refuse(f"--out {error}")
+
+
+@app.command()
+def reproduce(
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each case, from 1 on.")] = 30,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
+    ] = None,
+    bus: Annotated[
+        Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
+    ] = Bus.IN_PROCESS,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+    ] = Path("runs/reproduction"),
+    duration_s: DurationOption = None,
+) -> None:
+    """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
+    import os
+
+    from zenvoy.cli.reproduce import reproduce
+    from zenvoy.cli.study import StudyError
+
+    at_a_time = jobs or len(os.sched_getaffinity(0))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _interrupt)
+    try:
+        reproduce(seeds, at_a_time, bus.value, out, runs, duration_s, console)
+    except (StudyError, OSError) as error:
+        errors.print(f"the study cannot go on: {error}")
+        raise typer.Exit(EXIT_FAILED) from error
 
 
 def main() -> None:

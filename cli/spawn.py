@@ -88,7 +88,7 @@ def _be_child(program: Program, log: int, parent: int) -> NoReturn:
     """Run the program and leave without a return into the parent's frames."""
     code = 1
     try:
-        _die_with(parent, program.on_orphaned)
+        die_with(parent, program.on_orphaned)
         for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
             signal.signal(number, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -112,7 +112,7 @@ def _be_child(program: Program, log: int, parent: int) -> NoReturn:
         os._exit(code)
 
 
-def _die_with(parent: int, number: signal.Signals) -> None:
+def die_with(parent: int, number: signal.Signals) -> None:
     """Have the kernel send `number` when the parent dies, even by kill -9."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
     if os.getppid() != parent:  # it died before the request

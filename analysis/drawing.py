@@ -1,0 +1,44 @@
+"""Draws each picture once, and gives it in every form in which it is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Final
+
+from matplotlib.figure import Figure
+
+from zenvoy.analysis import style
+from zenvoy.analysis.section import Picture
+
+DPI: Final = 150
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """A picture as files, and its size in inches."""
+
+    png: bytes
+    svg: bytes
+    width_in: float
+    height_in: float
+
+
+def drawn(picture: Picture) -> Drawn:
+    """Draw a picture; equal data give equal bytes."""
+    with style.look():
+        figure = picture.draw()
+        png = _saved(figure, "png")
+        # The places found for the PNG hold for the SVG; to find them anew costs as much again.
+        figure.set_layout_engine("none")
+        svg = _saved(figure, "svg")
+    width_in, height_in = figure.get_size_inches()
+    return Drawn(png=png, svg=svg, width_in=float(width_in), height_in=float(height_in))
+
+
+def _saved(figure: Figure, form: str) -> bytes:
+    file = BytesIO()
+    # Whatever is rasterised within an SVG has the resolution of the PNG.
+    dated = {"Date": None} if form == "svg" else {}
+    figure.savefig(file, format=form, dpi=DPI, metadata=dated)
+    return file.getvalue()

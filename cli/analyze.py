@@ -1,0 +1,121 @@
+"""`zenvoy analyze` and `zenvoy compare` from logs to files and an exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich.console import Console
+
+from zenvoy.analysis.chapters import chapters
+from zenvoy.analysis.compare import Compared, comparison_page
+from zenvoy.analysis.drawing import drawn
+from zenvoy.analysis.files import csv_bytes, write_whole
+from zenvoy.analysis.load import Run, load
+from zenvoy.analysis.log import LogError
+from zenvoy.analysis.overview import overview_section
+from zenvoy.analysis.page import Page, render
+from zenvoy.analysis.report import report_page
+from zenvoy.analysis.summary import summary_of
+from zenvoy.bus.clock import stamp
+from zenvoy.cli.labels import LabelError, labels_for
+from zenvoy.cli.report import print_summary
+from zenvoy.cli.sections import print_section
+
+_OK, _FAILED, _BAD_INPUT = 0, 1, 2
+
+
+class OutError(Exception):
+    """What is to hold the files cannot."""
+
+
+def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> int:
+    """Print what a log tells, and leave its report, tables and pictures; the exit code."""
+    try:
+        run = _with_motion(log)
+        folder = _folder(log.parent / f"{log.stem}-analysis" if out is None else out)
+        summary = summary_of(run)
+    except (LogError, OutError) as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    for note in run.notes:
+        errors.print(f"{log}: {note}")
+    print_summary(console, summary)
+    told = chapters(run)
+    for section in told:
+        print_section(console, section)
+    page = report_page(run, (overview_section(run, summary), *told))
+    return _leave(page, "report.html", folder, console, errors)
+
+
+def compare(
+    logs: list[Path], labels: list[str], out: Path | None, console: Console, errors: Console
+) -> int:
+    """Print what differs between runs, and leave it as page, tables and pictures; the exit code."""
+    try:
+        named = labels_for(logs, labels)
+        runs = [_with_motion(log) for log in logs]
+        folder = _folder(Path("runs") / f"{stamp()}-comparison" if out is None else out)
+        compared = [
+            Compared(label=label, run=run, summary=summary_of(run))
+            for label, run in zip(named, runs, strict=True)
+        ]
+        page = comparison_page(compared)
+    except (LogError, OutError, LabelError) as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    for note in page.notes:
+        errors.print(note)
+    for name, value in page.facts:
+        console.print(f"{name}: {value}", highlight=False, markup=False)
+    for section in page.sections:
+        print_section(console, section)
+    return _leave(page, "compare.html", folder, console, errors)
+
+
+def _with_motion(log: Path) -> Run:
+    """The run of a log; raises LogError where there is no motion to show."""
+    run = load(log)
+    if len(run.time_s) < 2 or not run.cycles:
+        raise LogError(f"{log}: no cycle was logged: there is nothing to show")
+    return run
+
+
+def _folder(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutError(f"--out {folder}: {error.strerror}") from error
+    return folder
+
+
+def _leave(page: Page, name: str, folder: Path, console: Console, errors: Console) -> int:
+    """Draw, write every file, and say where they are."""
+    pictures = [picture for section in page.sections for picture in section.pictures]
+    sheets = [sheet for section in page.sections for sheet in section.sheets]
+    forms = {picture.name: drawn(picture) for picture in pictures}
+    files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in sheets}
+    for stem, form in forms.items():
+        files |= {f"{stem}.png": form.png, f"{stem}.svg": form.svg}
+    files[name] = render(page, forms).encode()
+    try:
+        write_whole(folder, files)
+    except OSError as error:
+        errors.print(f"{folder}: cannot be written to: {error.strerror}")
+        return _FAILED
+    console.print()
+    for path in _paths(folder, files):
+        console.print(path, highlight=False, soft_wrap=True, markup=False)
+    return _OK
+
+
+def _paths(folder: Path, files: Iterable[str]) -> list[str]:
+    """Where files are, as a shell would take it: those of one stem together, the page last."""
+    kinds: dict[str, list[str]] = {}
+    for name in files:
+        stem, _, kind = name.rpartition(".")
+        kinds.setdefault(stem, []).append(kind)
+    return [
+        f"{folder / stem}." + (of[0] if len(of) == 1 else f"{{{','.join(of)}}}")
+        for stem, of in kinds.items()
+    ]

@@ -1,0 +1,146 @@
+"""Runs many scenarios, several at a time, and keeps a digest of each; goes on where it stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+import shutil
+import signal
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+
+from rich.console import Console
+
+from zenvoy.analysis.digest import Digest, digest
+from zenvoy.analysis.load import load as load_log
+from zenvoy.cli.progress import RunProgress
+from zenvoy.cli.run import run_in_process, run_on_zenoh
+from zenvoy.cli.spawn import die_with
+from zenvoy.scenarios import Loaded, load
+
+_DIGEST = "digest.npz"
+
+
+class StudyError(Exception):
+    """A run of a study has failed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One run of a study: a scenario with what is changed of it, and a seed."""
+
+    scenario: str
+    seed: int
+    settings: tuple[str, ...] = ()
+    duration_s: float | None = None
+
+    def load(self) -> Loaded:
+        """The scenario as it is run; raises ScenarioError."""
+        return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
+
+    def key(self) -> str:
+        """Equal for cells that run the same: effective scenario and seed, whatever it is called.
+
+        What is as by default is left out, so that a new setting does not make old runs unknown.
+        """
+        scenario = self.load().scenario
+        values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})
+        text = json.dumps(values, sort_keys=True) + version("zenvoy")
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """Where runs are kept, on which bus they are made, and how many at a time."""
+
+    folder: Path
+    bus: str = "in-process"
+    jobs: int = 1
+    tell: Callable[[str], None] = field(default=lambda _: None)
+
+    def run(self, cells: Sequence[Cell]) -> dict[Cell, Digest]:
+        """A digest of each cell; those that are there already are not run again.
+
+        Raises StudyError, ScenarioError or OSError; what was finished by then is kept.
+        """
+        folders = {cell: self.folder / cell.key() for cell in cells}
+        missing = {folder: cell for cell, folder in folders.items() if _stored(folder) is None}
+        self.tell(f"{len(folders)} runs, {len(folders) - len(missing)} of them there already")
+        if self.bus == "zenoh":  # its processes fill the machine by themselves
+            for count, (folder, cell) in enumerate(missing.items(), start=1):
+                _make(cell, folder, "zenoh")
+                self._tell_done(cell, count, len(missing))
+        elif missing:
+            self._run_pool(missing)
+        return {cell: Digest.read(folder / _DIGEST) for cell, folder in folders.items()}
+
+    def _run_pool(self, missing: dict[Path, Cell]) -> None:
+        pool = ProcessPoolExecutor(
+            self.jobs,
+            multiprocessing.get_context("fork"),
+            initializer=_be_worker,
+            initargs=(os.getpid(),),
+        )
+        try:
+            futures: dict[Future[None], Cell] = {
+                pool.submit(_make, cell, folder, "in-process"): cell
+                for folder, cell in missing.items()
+            }
+            for count, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                self._tell_done(futures[future], count, len(missing))
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.kill()
+            raise
+        pool.shutdown()
+
+    def _tell_done(self, cell: Cell, count: int, total: int) -> None:
+        what = " ".join((cell.scenario, f"seed {cell.seed}", *cell.settings))
+        self.tell(f"{count} of {total}: {what}")
+
+
+def grid(
+    scenarios: Iterable[str], seeds: Iterable[int], settings: tuple[str, ...] = ()
+) -> list[Cell]:
+    """A cell for each scenario and seed."""
+    seeds = list(seeds)
+    return [Cell(scenario=s, seed=seed, settings=settings) for seed in seeds for s in scenarios]
+
+
+def _stored(folder: Path) -> Digest | None:
+    try:
+        return Digest.read(folder / _DIGEST)
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def _make(cell: Cell, folder: Path, bus: str) -> None:
+    """Run a cell in `folder`, and leave its digest alone there."""
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "logs").mkdir(parents=True)
+    loaded = cell.load()
+    progress = RunProgress(Console(quiet=True), loaded.name, loaded.scenario.duration_s)
+    if bus == "zenoh":
+        death = run_on_zenoh(loaded, folder, progress)
+        if death is not None:
+            raise StudyError(f"{cell.scenario}, seed {cell.seed}: {death.name} {death.status}")
+    else:
+        run_in_process(loaded, folder, progress)
+    log = folder / "run.mcap"
+    digest(load_log(log)).save(folder / _DIGEST)
+    log.unlink()
+    shutil.rmtree(folder / "logs")
+
+
+def _be_worker(parent: int) -> None:
+    """Die with the parent, and leave Ctrl-C to it."""
+    die_with(parent, signal.SIGKILL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -1,0 +1,207 @@
+"""The HTML page: well-formed, complete by itself, and safe whatever a text says."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64decode
+from dataclasses import dataclass, field, replace
+from html.parser import HTMLParser
+from typing import Final
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from zenvoy.analysis import style
+from zenvoy.analysis.drawing import Drawn, drawn
+from zenvoy.analysis.page import MOST_ROWS, Page, render
+from zenvoy.analysis.section import Picture, Section, Sheet
+
+VOID: Final = {"meta", "img", "br", "hr", "link", "input"}
+NASTY: Final = "<script>alert(\"1\")</script> & 'so' {{ 7 * 7 }} </style> --> http"
+
+
+@dataclass
+class Read(HTMLParser):
+    """What a page holds; fails on tags that are not closed in order."""
+
+    open: list[str] = field(default_factory=list)
+    tags: list[tuple[str, dict[str, str | None]]] = field(default_factory=list)
+    text: dict[str, list[str]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__init__()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        assert len(attrs) == len(dict(attrs)), f"<{tag}> has an attribute twice"
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.text.setdefault(self.open[-1], []).append(data)
+
+    def all(self, name: str, attribute: str) -> list[str]:
+        """Values of an attribute of all tags of one name ("*": of any)."""
+        found = [a.get(attribute) for tag, a in self.tags if name in {tag, "*"}]
+        return [value for value in found if value is not None]
+
+    def said(self, tag: str) -> list[str]:
+        """Texts right within tags of one name."""
+        return [text.strip() for text in self.text.get(tag, []) if text.strip()]
+
+
+def read(html: str) -> Read:
+    """Parse a page, and check what holds for every page."""
+    page = Read()
+    page.feed(html)
+    page.close()
+    assert page.open == []
+    ids = page.all("*", "id")
+    assert len(ids) == len(set(ids))
+    targets = [*page.all("*", "href"), *("#" + name for name in page.all("*", "aria-labelledby"))]
+    assert {target.removeprefix("#") for target in targets} <= set(ids)
+    assert all(source.startswith("data:image/") for source in page.all("*", "src"))
+    assert not {tag for tag, _ in page.tags} & {"script", "link", "iframe", "object", "base"}
+    assert "url(" not in html
+    assert "@import" not in html
+    assert all(page.all("img", "alt"))
+    return page
+
+
+def line() -> Figure:
+    figure, axes = style.subplots(height_in=1.5)
+    axes.plot([0, 1, 2], [0.0, 1.0, 0.5])
+    return figure  # type: ignore[no-any-return]
+
+
+def map_of_noise() -> Figure:
+    """What is small as PNG, and large as SVG."""
+    figure, axes = style.subplots(height_in=1.5)
+    x, y = np.random.default_rng(1).normal(size=(2, 3000))
+    axes.plot(x, y, ".")
+    return figure  # type: ignore[no-any-return]
+
+
+LINE: Final = Picture(name="line", caption="A line. It goes up, then down.", draw=line)
+SHEET: Final = Sheet(
+    name="gaps",
+    title="Gaps",
+    columns=("vehicle", "gap, m", "model"),
+    rows=((1, 36.0312, "FM"), (2, None, NASTY)),
+    note="Of two vehicles.",
+)
+SECTION: Final = Section(title="Motion", sheets=(SHEET,), pictures=(LINE,), notes=("No braking.",))
+PAGE: Final = Page(
+    title="paper/case-15, seed 1",
+    lead="Forty vehicles",
+    facts=(("seed", "1"), ("how it ended", "complete")),
+    notes=("the log is cut: read up to 3 s of 6 s",),
+    sections=(SECTION, Section(title="Empty")),
+    folded=(("Scenario", "seed: 1\n"),),
+    made=("zenvoy analyze run.mcap",),
+)
+
+
+@pytest.fixture(scope="module")
+def pictures() -> dict[str, Drawn]:
+    return {"line": drawn(LINE)}
+
+
+def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
+    page = read(render(PAGE, pictures))
+    assert page.said("h1") == page.said("title") == ["paper/case-15, seed 1"]
+    assert page.said("h2") == ["To be read first", "Contents", "Motion", "Empty"]
+    assert page.said("li") == ["the log is cut: read up to 3 s of 6 s"]
+    assert page.said("a") == ["Motion", "Empty"]
+    assert (page.said("dt"), page.said("dd")) == (["seed", "how it ended"], ["1", "complete"])
+    assert page.said("th") == ["vehicle", "gap, m", "model", "1", "2"]
+    assert page.said("td")[:3] == ["36.03", "FM", "–"]
+    assert page.said("caption") == ["Gaps"]
+    assert page.said("figcaption") == ["A line. It goes up, then down."]
+    assert page.said("pre") == ["seed: 1"]
+    assert page.said("p")[0] == "Forty vehicles"
+    assert set(page.said("p")) >= {"No braking.", "Of two vehicles.", "zenvoy analyze run.mcap"}
+
+
+def test_notes_come_before_anything_else(pictures: dict[str, Drawn]) -> None:
+    html = render(PAGE, pictures)
+    assert html.index("the log is cut") < html.index("how it ended") < html.index("Table 1")
+    assert "To be read first" not in render(replace(PAGE, notes=()), pictures)
+
+
+def test_numbers_stand_at_the_right(pictures: dict[str, Drawn]) -> None:
+    html = render(PAGE, pictures)
+    assert '<th scope="col" class="n">gap, m</th>' in html
+    assert '<td class="n">36.03</td>' in html
+    assert '<th scope="col">model</th>' in html
+
+
+def test_whatever_is_said_is_text() -> None:
+    """In every place where a text of a scenario, a log or a chapter can come to stand."""
+    nasty = Picture(name="line", caption=NASTY, draw=line)
+    sheet = Sheet(name="s", title=NASTY, columns=(NASTY,), rows=((NASTY,),), note=NASTY)
+    page = Page(
+        title=NASTY,
+        lead=NASTY,
+        facts=((NASTY, NASTY),),
+        notes=(NASTY,),
+        sections=(Section(title=NASTY, sheets=(sheet,), pictures=(nasty,), notes=(NASTY,)),),
+        folded=((NASTY, NASTY),),
+        made=(NASTY,),
+    )
+    html = render(page, {"line": drawn(nasty)})
+    said = read(html)
+    assert "<script" not in html
+    for tag in ("title", "h1", "h2", "dt", "dd", "li", "th", "caption", "summary", "pre", "p"):
+        assert NASTY in said.said(tag), tag
+    assert said.all("img", "alt") == [NASTY]
+
+
+def test_a_picture_is_shown_in_its_smaller_form() -> None:
+    dots = Picture(name="dots", caption="Noise.", draw=map_of_noise)
+    forms = {"line": drawn(LINE), "dots": drawn(dots)}
+    section = Section(title="Both", pictures=(LINE, dots))
+    page = read(render(Page(title="t", sections=(section,)), forms))
+    shown = page.all("img", "src")
+    assert len(forms["line"].svg) < len(forms["line"].png)
+    assert len(forms["dots"].png) < len(forms["dots"].svg)
+    kinds = [source.partition(";")[0] for source in shown]
+    assert kinds == ["data:image/svg+xml", "data:image/png"]
+    assert b64decode(shown[0].partition(",")[2]) == forms["line"].svg
+    assert b64decode(shown[1].partition(",")[2]) == forms["dots"].png
+    assert page.all("img", "width") == ["672", "672"]
+
+
+def test_a_long_table_says_where_the_rest_is() -> None:
+    rows = tuple((number, number * 0.5) for number in range(1, MOST_ROWS + 101))
+    sheet = Sheet(name="long", title="Long", columns=("vehicle", "x, m"), rows=rows)
+    page = read(render(Page(title="t", sections=(Section(title="s", sheets=(sheet,)),)), {}))
+    assert len(page.said("td")) == MOST_ROWS
+    assert page.said("p") == [f"The first {MOST_ROWS} of {MOST_ROWS + 100} rows; long.csv has all."]
+
+
+def test_names_that_would_fall_together_are_refused(pictures: dict[str, Drawn]) -> None:
+    for twice in (Section(title="s", sheets=(SHEET,)), Section(title="s", pictures=(LINE,))):
+        with pytest.raises(ValueError, match=r"more than one of the name (gaps|line)"):
+            render(replace(PAGE, sections=(SECTION, twice)), pictures)
+
+
+def test_equal_data_give_equal_bytes(pictures: dict[str, Drawn]) -> None:
+    again = {"line": drawn(LINE)}
+    assert again == pictures
+    assert render(PAGE, again) == render(PAGE, pictures)
+    assert not re.search(rb"20\d\d-\d\d-\d\d", pictures["line"].svg)
+
+
+@pytest.mark.parametrize(
+    "html", ["<p><b></p></b>", "</p>", '<p id="a"></p><p id="a"></p>', '<a href="http://x">x</a>']
+)
+def test_a_bad_page_would_be_found(html: str) -> None:
+    with pytest.raises(AssertionError):
+        read(html)
