@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
 
-CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = ()
+CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (motion_section, estimation_section)
 
 
 def chapters(run: Run) -> tuple[Section, ...]:

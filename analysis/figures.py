@@ -43,6 +43,7 @@ def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]
         interpolation="none",
     )
     axes.grid(visible=False)
+    axes.yaxis.get_major_locator().set_params(integer=True)
     figure.colorbar(image, ax=axes, label="speed, m/s")
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
@@ -72,7 +73,8 @@ def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
         read, estimated = run.radar["gap"][shown, column], run.estimate["ahead_gap"][shown, column]
         axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured")
         axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
-        axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
+        if not np.isnan(estimated).all():  # PBCM alone estimates
+            axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
         axes.legend(ncols=3, loc="lower right", markerscale=3)
         axes.set_xlim(start_s, start_s + _SPAN_S if len(shown) == 1 else time_s[-1])
     axes.set_xlabel("time, s")

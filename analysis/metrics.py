@@ -27,16 +27,26 @@ def gaps(position: Floats, ring_length_m: float | None) -> Floats:
     return gap
 
 
-def min_distance(gap: Floats) -> Floats:
-    """MinDistance (T,), m: mean of the three smallest gaps (paper Section IV)."""
+def smallest_gaps(gap: Floats) -> Floats:
+    """The three smallest gaps at each time (T, 3), m; all of them where there are fewer."""
     gap = gap[:, ~np.isnan(gap).any(axis=0)]
     k = min(3, gap.shape[1])
-    return np.asarray(np.partition(gap, k - 1, axis=1)[:, :k].mean(axis=1))
+    return np.asarray(np.partition(gap, k - 1, axis=1)[:, :k])
+
+
+def largest_gaps(gap: Floats) -> Floats:
+    """The three largest gaps at each time (T, 3), m; all of them where there are fewer."""
+    return -smallest_gaps(-gap)
+
+
+def min_distance(gap: Floats) -> Floats:
+    """MinDistance (T,), m: mean of the three smallest gaps (paper Section IV)."""
+    return np.asarray(smallest_gaps(gap).mean(axis=1))
 
 
 def max_distance(gap: Floats) -> Floats:
     """MaxDistance (T,), m: mean of the three largest gaps (paper Section IV)."""
-    return -min_distance(-gap)
+    return np.asarray(largest_gaps(gap).mean(axis=1))
 
 
 def fit(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:

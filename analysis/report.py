@@ -59,17 +59,17 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
 
 
 def models(scenario: Scenario) -> str:
-    """The models in force and the times from which they are: "FM, PBCM from 10 s".
+    """The models in force, from when on, and in how many vehicles where not in all.
 
-    Where vehicles differ, each kind with their number, the many first.
+    "FM, PBCM from 10 s", or "PBCM (36 vehicles); FM (4 vehicles)".
     """
-    kinds = Counter(told.phases for told in roster(scenario)).most_common()
-    if len(kinds) == 1:
-        return _changes(kinds[0][0])
-    return "; ".join(f"{count} vehicles: {_changes(phases)}" for phases, count in kinds)
+    programs = Counter(_program(settings.phases) for settings in roster(scenario))
+    if len(programs) == 1:
+        return next(iter(programs))
+    return "; ".join(f"{text} ({number} vehicles)" for text, number in programs.most_common())
 
 
-def _changes(phases: Sequence[tuple[int, str]]) -> str:
+def _program(phases: Sequence[tuple[int, str]]) -> str:
     changes = [
         f"{new} from {at_ns * 1e-9:g} s"
         for (_, old), (at_ns, new) in pairwise(phases)

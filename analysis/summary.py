@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +11,11 @@ from numpy.typing import NDArray
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
+from zenvoy.analysis.spans import distances, spans
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
 Summary = dict[str, Any]
-
-_SETTLED_S: Final = 5.0  # distances before the braking and at the end are means over this
-_DIP_S: Final = 30.0  # after the last braking, the dip is looked for this long
 
 
 def summarize(path: Path) -> Summary:
@@ -66,19 +63,13 @@ def _distances(run: Run) -> Summary:
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
-    spans = {"end": (time_s[-1] - _SETTLED_S, math.inf)}
-    brakes = run.scenario.brakes
-    if brakes:
-        first_s = min(brake.at_s for brake in brakes)
-        last_s = max(brake.at_s + brake.duration_s for brake in brakes)
-        spans["before_braking"] = (first_s - _SETTLED_S, first_s)
-        spans["dip"] = (first_s, last_s + _DIP_S)
+    brakes = [(brake.at_s, brake.at_s + brake.duration_s) for brake in run.scenario.brakes]
     at_100_s = np.flatnonzero(time_s >= 100.0)
     return {
         "smallest_gap_m": float(np.nanmin(gap)),
         "distance_m": {
-            name: _span(name, (time_s > low) & (time_s <= high), smallest, largest)
-            for name, (low, high) in sorted(spans.items())
+            span.name: _span(distances(span, time_s, smallest, largest))
+            for span in sorted(spans(brakes, time_s[-1]))
         },
         "speed_spread_at_100_s_mps": (
             float(truth["speed"][at_100_s[0]].std()) if at_100_s.size else None
@@ -86,16 +77,8 @@ def _distances(run: Run) -> Summary:
     }
 
 
-def _span(
-    name: str, within: NDArray[np.bool_], smallest: Floats, largest: Floats
-) -> Summary | None:
-    """MinDistance and MaxDistance over a span: the extremes of a dip, the means otherwise."""
-    if not within.any():
-        return None
-    low, high = smallest[within], largest[within]
-    if name == "dip":
-        return {"min": float(low.min()), "max": float(high.max())}
-    return {"min": float(low.mean()), "max": float(high.mean())}
+def _span(value: tuple[float, float] | None) -> Summary | None:
+    return None if value is None else {"min": value[0], "max": value[1]}
 
 
 def _agreement(run: Run) -> Summary:

@@ -1,0 +1,173 @@
+"""Pictures of where vehicles are and how fast: space-time diagram, heat map, snapshots."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from zenvoy.analysis.load import Run
+from zenvoy.analysis.spans import disturbances
+from zenvoy.analysis.style import CYCLE, SPEED_MAP, subplots
+from zenvoy.bus import messages_pb2 as pb
+
+Floats = NDArray[np.float64]
+
+SNAPSHOTS_S: Final = (9.0, 30.0, 100.0, 300.0)  # the paper's
+
+# More than a page can show only makes files large and drawing slow.
+_MOST_LINES: Final = 80
+_MOST_PIECES: Final = 40_000
+_MOST_COLUMNS: Final = 1_400
+_DPI: Final = 150  # of what is rasterised in a vector picture
+
+
+def space_time(run: Run) -> Figure:
+    """Position by time, a line per vehicle, coloured by speed: the whole run, and a part.
+
+    On the open road the part is seen by one who travels at the desired speed.
+    """
+    time_s, ring = run.time_s, run.scenario.ring_length_m
+    speed_mps = 0.0 if ring else run.scenario.control.desired_speed_mps
+    figure, axes = subplots(2, height_in=6.2)
+    figure.set_dpi(_DPI)
+    lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), 0.0)
+    _lines(axes[1], run, _window(run), speed_mps)
+    axes[0].set_ylabel("position on the ring, m" if ring else "position, m")
+    axes[1].set_ylabel(
+        "position on the ring, m" if ring else f"position - {speed_mps:g} m/s · t, m"
+    )
+    axes[1].set_xlabel("time, s")
+    figure.colorbar(lines, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
+    return figure  # type: ignore[no-any-return]
+
+
+def _window(run: Run) -> tuple[float, float]:
+    """A minute and a half around the first disturbance; from the start where there is none."""
+    first = next(iter(disturbances(run.events)), None)
+    start_s = max(0.0, first.start_s - 10.0) if first else 0.0
+    return start_s, min(start_s + 90.0, float(run.time_s[-1]))
+
+
+def _lines(axes: Any, run: Run, span: tuple[float, float], frame_mps: float) -> LineCollection:
+    """Draw a span, as seen by one who travels at frame_mps."""
+    vehicles = slice(None, None, -(-run.vehicles // _MOST_LINES))
+    rows = np.flatnonzero((run.time_s >= span[0]) & (run.time_s <= span[1]))
+    many = len(rows) * len(range(run.vehicles)[vehicles])
+    rows = rows[:: max(1, -(-many // _MOST_PIECES))]
+    time_s = run.time_s[rows]
+    position = run.truth["position"][rows][:, vehicles] - frame_mps * time_s[:, None]
+    speed = run.truth["speed"][rows][:, vehicles]
+    pieces: Any
+    pieces, values = pieces_of(time_s, position, speed, run.scenario.ring_length_m)
+    lines = LineCollection(
+        pieces,
+        array=values,
+        cmap=SPEED_MAP,
+        norm=_scale(run),
+        linewidths=1.0,
+        rasterized=True,
+        capstyle="butt",
+    )
+    axes.add_collection(lines)
+    axes.set_xlim(*span)
+    axes.set_ylim(*_extent(run, position))
+    axes.grid(visible=False)
+    return lines
+
+
+def pieces_of(
+    time_s: Floats, position: Floats, speed: Floats, ring_length_m: float | None
+) -> tuple[Floats, Floats]:
+    """Straight pieces (P, 2, 2) of (time, position) and the speed on each (P,).
+
+    A piece that runs over the ring's seam is drawn to its end and again from its beginning.
+    """
+    lap = np.floor(position / ring_length_m) if ring_length_m else np.zeros(position.shape)
+    start, end = position[:-1], position[1:]
+    times = np.broadcast_to(time_s[:, None], position.shape)
+    whole = np.stack([times[:-1], start, times[1:], end], axis=-1)
+    mean = (speed[:-1] + speed[1:]) / 2.0
+    if ring_length_m is None:
+        return whole.reshape(-1, 2, 2), mean.ravel()
+    before, after = whole.copy(), whole.copy()
+    before[..., (1, 3)] -= (lap[:-1] * ring_length_m)[..., None]
+    after[..., (1, 3)] -= (lap[1:] * ring_length_m)[..., None]
+    over = lap[1:] > lap[:-1]
+    pieces = np.concatenate([before.reshape(-1, 2, 2), after[over].reshape(-1, 2, 2)])
+    return pieces, np.concatenate([mean.ravel(), mean[over]])
+
+
+def _extent(run: Run, position: Floats) -> tuple[float, float]:
+    length_m = run.scenario.ring_length_m
+    return (0.0, length_m) if length_m else (float(position.min()), float(position.max()))
+
+
+def _scale(run: Run) -> Normalize:
+    """The same colours for the same speeds in every picture of a run."""
+    speed = run.truth["speed"]
+    return Normalize(float(speed.min()), float(speed.max()))
+
+
+def heat_map(run: Run) -> Figure:
+    """Speed of every vehicle over time (paper Fig. heatmap)."""
+    time_s, speed = run.time_s, run.truth["speed"]
+    step = -(-len(speed) // _MOST_COLUMNS)
+    figure, axes = subplots(height_in=3.2)
+    n = speed.shape[1]
+    image = axes.imshow(
+        speed[::step].T,
+        aspect="auto",
+        origin="lower",
+        extent=(time_s[0], time_s[-1], 0.5, n + 0.5),
+        cmap=SPEED_MAP,
+        norm=_scale(run),
+        interpolation="none",
+    )
+    axes.grid(visible=False)
+    mark(axes, run, "white")
+    figure.colorbar(image, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("vehicle")
+    return figure  # type: ignore[no-any-return]
+
+
+def mark(axes: Any, run: Run, colour: str) -> None:
+    """Dotted lines where vehicles are disturbed, dashed ones where the model is switched."""
+    for disturbance in disturbances(run.events):
+        axes.axvline(disturbance.start_s, color=colour, lw=0.8, ls=":")
+    for event in run.events:
+        if event.kind == pb.EVENT_MODEL and event.time_ns > 0:
+            axes.axvline(event.time_ns * 1e-9, color=colour, lw=0.8, ls="--")
+
+
+def snapshot_rows(time_s: Floats) -> list[tuple[float, int]]:
+    """Instants of the paper that lie in the run, s, and the row of each."""
+    return [
+        (at_s, int(np.searchsorted(time_s, at_s - 1e-9)))
+        for at_s in SNAPSHOTS_S
+        if at_s <= time_s[-1]
+    ]
+
+
+def snapshots(run: Run) -> Figure:
+    """Speed of every vehicle at the paper's instants (paper Fig. pic_vs)."""
+    rows = snapshot_rows(run.time_s)
+    figure, axes = subplots(len(rows), height_in=0.6 + 1.25 * len(rows), sharex=True, sharey=True)
+    vehicles = np.arange(1, run.vehicles + 1)
+    for one, (at_s, row) in zip(np.atleast_1d(axes), rows, strict=True):
+        speed = run.truth["speed"][row]
+        one.plot(vehicles, speed, "o-", color=CYCLE[0], ms=3, lw=0.8)
+        one.set_title(
+            f"{at_s:g} s: mean {speed.mean():.2f} m/s, spread {speed.std():.2f} m/s",
+            loc="left",
+            fontsize=9,
+        )
+    np.atleast_1d(axes)[-1].set_xlabel("vehicle")
+    np.atleast_1d(axes)[-1].set_xlim(0.0, run.vehicles + 1.0)
+    figure.supylabel("speed, m/s", fontsize=9)
+    return figure  # type: ignore[no-any-return]

@@ -1,0 +1,117 @@
+"""Linear theory of a string of vehicles, each under its own law, moved by one of them.
+
+Vehicle i of the string obeys s² x_i = e^(-sτ_i) [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i];
+the source moves as it likes. Per frequency that is a system of linear equations. Positions and
+speeds have the same ratios.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zenvoy.analysis.theory import FM, Complexes, Coupling, Floats
+from zenvoy.scenarios import Gains
+
+_AT_ONCE: Final = 256  # frequencies: a matrix each
+_FASTEST: Final = 10.0  # rad/s: what is faster, no law with sensible gains hands on
+
+
+class Member(NamedTuple):
+    """Law of a vehicle and delay of its commands, s. `coupling` None: it keeps its speed."""
+
+    coupling: Coupling | None
+    delay_s: float
+
+
+def open_road(couplings: Sequence[Coupling], delay_s: float) -> list[Member]:
+    """The string of paper Eq. 3_2: vehicle 1 keeps its speed, vehicle N is under FM.
+
+    `couplings` are those of vehicles 1..N; those of the first and the last one do not matter. A
+    vehicle too near an end for all its neighbours counts as many on both sides as there are.
+    """
+    n = len(couplings)
+    members = [Member(None, delay_s)]
+    for i in range(1, n - 1):
+        ahead, behind = couplings[i]
+        room = min(i, n - 1 - i) if behind else i
+        members.append(Member(Coupling(_shorter(ahead, room), _shorter(behind, room)), delay_s))
+    return [*members, Member(FM, delay_s)][:n]
+
+
+def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
+    """The first `room` weights, scaled to the sum of all: those of a smaller m."""
+    kept = weights[:room]
+    return tuple(weight * sum(weights) / sum(kept) for weight in kept)
+
+
+def frequency_response(
+    omega: Floats, members: Sequence[Member], gains: Gains, source: int, *, ring: bool
+) -> Complexes:
+    """Speed of every vehicle over that of vehicle `source` (an index): (F, n), ω (F,) in rad/s.
+
+    `ring`: the last vehicle is ahead of the first. Needs k_d > 0 where ω holds a 0.
+    """
+    omega = np.asarray(omega, dtype=np.float64)
+    parts = [
+        _solve(omega[k : k + _AT_ONCE], members, gains, source, ring)
+        for k in range(0, len(omega), _AT_ONCE)
+    ]
+    return np.concatenate(parts)
+
+
+def follow(
+    motion: Floats,
+    period_s: float,
+    members: Sequence[Member],
+    gains: Gains,
+    source: int,
+    *,
+    ring: bool,
+) -> Floats:
+    """Deviations of all vehicles' speeds (T, n) that the source's (T,) brings about, m/s.
+
+    `motion` begins at rest, at 0. The spectrum is taken over three times its length, so that
+    what it sets off has died out before it comes round again.
+    """
+    steps = 1 << int(np.ceil(np.log2(3 * len(motion))))
+    omega = np.asarray(2.0 * np.pi * np.fft.rfftfreq(steps, period_s), dtype=np.float64)
+    slow = omega <= _FASTEST
+    spectrum = np.zeros((len(omega), len(members)), dtype=np.complex128)
+    response = frequency_response(omega[slow], members, gains, source, ring=ring)
+    spectrum[slow] = response * np.fft.rfft(motion, steps)[slow, None]
+    moved = np.fft.irfft(spectrum, steps, axis=0)[: len(motion)]
+    moved[:, source] = motion
+    return np.asarray(moved)
+
+
+def _solve(
+    omega: Floats, members: Sequence[Member], gains: Gains, source: int, ring: bool
+) -> Complexes:
+    n = len(members)
+    s = 1j * omega
+    matrix = np.zeros((len(omega), n, n), dtype=np.complex128)
+    for i, member in enumerate(members):
+        if i == source or member.coupling is None:
+            matrix[:, i, i] = 1.0
+            continue
+        late = np.exp(-s * member.delay_s)
+        matrix[:, i, i] += s * s + gains.k_c * s * late
+        pull = (gains.k_v * s + gains.k_d) * late
+        for j, weight in _neighbours(i, n, member.coupling, ring):
+            matrix[:, i, i] += weight * pull
+            matrix[:, i, j] -= weight * pull
+    moved = np.zeros((len(omega), n, 1), dtype=np.complex128)
+    moved[:, source] = 1.0
+    return np.asarray(np.linalg.solve(matrix, moved)[:, :, 0])
+
+
+def _neighbours(i: int, n: int, coupling: Coupling, ring: bool) -> list[tuple[int, float]]:
+    """Index and weight of each vehicle that `i` counts."""
+    found = [(i - j, weight) for j, weight in enumerate(coupling.ahead, start=1)]
+    found += [(i + j, weight) for j, weight in enumerate(coupling.behind, start=1)]
+    if ring:
+        return [(j % n, weight) for j, weight in found]
+    return [(j, weight) for j, weight in found if 0 <= j < n]

@@ -1,0 +1,313 @@
+"""Linear theory against closed forms, eigenvalues of the whole system, and brute-force motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from zenvoy.analysis.theory import (
+    BCM,
+    FM,
+    Coupling,
+    group_delay_s,
+    is_string_stable,
+    least_squares,
+    mbcm,
+    peak_gain,
+    total_delay_s,
+    transfer,
+    uniform,
+)
+from zenvoy.analysis.theory_chain import Member, follow, frequency_response, open_road
+from zenvoy.analysis.theory_ring import (
+    eigenvalue,
+    long_wave_speed,
+    metres_per_second,
+    modes,
+    roots,
+    slowest_mode,
+    wave_speeds,
+)
+from zenvoy.scenarios import Control, Gains
+
+Floats = NDArray[np.float64]
+
+PAPER = Gains()  # k_d 0.1, k_v 0.5, k_c 0.05
+OMEGA = np.geomspace(1e-3, 20.0, 4000)
+MBCM3 = mbcm(least_squares(3))
+
+gains = st.builds(
+    Gains, k_d=st.floats(0.02, 1.0), k_v=st.floats(0.0, 2.0), k_c=st.floats(0.01, 1.0)
+)
+couplings = st.sampled_from([FM, BCM, MBCM3, mbcm(uniform(2)), mbcm((0.7, 0.2, 0.1, 0.05))])
+
+
+# --- one vehicle behind another -----------------------------------------------------------------
+
+
+def test_weights_of_mbcm() -> None:
+    assert least_squares(3) == pytest.approx((1 / 14, 4 / 14, 9 / 14))
+    assert uniform(4) == (0.25,) * 4
+    assert mbcm(least_squares(1)) == BCM
+
+
+def test_delay_is_wait_and_system_and_half_a_period() -> None:
+    control = Control(v2v_wait_ms=11.0, system_delay_ms=89.0)
+    assert total_delay_s(control, 100.0) == pytest.approx(0.15)
+    assert total_delay_s(control, 100.0, predicts=True) == pytest.approx(0.05)
+
+
+def test_transfer_by_hand() -> None:
+    found = transfer(np.array([0.0, 1.0]), PAPER)
+    assert found[0] == 1.0
+    assert found[1] == pytest.approx((0.1 + 0.5j) / (-0.9 + 0.55j))
+    late = np.exp(-0.2j)
+    expected = (0.1 + 0.5j) * late / (-1.0 + (0.1 + 0.55j) * late)
+    assert transfer(np.array([1.0]), PAPER, 0.2)[0] == pytest.approx(expected)
+
+
+@given(gains)
+def test_string_stable_is_what_no_frequency_is_amplified_by(g: Gains) -> None:
+    margin = g.k_c**2 + 2.0 * g.k_v * g.k_c - 2.0 * g.k_d
+    assume(abs(margin) > 1e-3)
+    largest = np.abs(transfer(OMEGA, g)).max()
+    assert is_string_stable(g) == (largest <= 1.0 + 1e-9)
+    peak = peak_gain(g)
+    assert 0.9 * peak.gain <= max(1.0, largest) <= peak.gain + 1e-9  # the grid may miss the tip
+    assert (peak.omega > 0.0) == (not is_string_stable(g))
+    if peak.omega:
+        beside = transfer(peak.omega * np.array([0.999, 1.0, 1.001]), g)
+        assert np.argmax(np.abs(beside)) == 1
+
+
+def test_peak_of_the_papers_gains() -> None:
+    # u = 0.1475 / (1 + √(1 + 0.25 · 0.1475 / 0.01)), by hand
+    peak = peak_gain(PAPER)
+    assert peak.omega == pytest.approx(np.sqrt(0.1475 / (1.0 + np.sqrt(4.6875))))
+    assert peak.gain == pytest.approx(np.sqrt(0.021651 / 0.016949), rel=1e-4)  # 1.130
+    assert not is_string_stable(PAPER)
+    assert is_string_stable(Gains(k_d=0.02625, k_v=0.5, k_c=0.05))  # κ² + 2 k_v κ = 2 k_d exactly
+
+
+@settings(deadline=None, max_examples=30)
+@given(gains)
+def test_search_for_the_peak_begins_at_the_closed_form(g: Gains) -> None:
+    assume(g.k_c**2 + 2.0 * g.k_v * g.k_c - 2.0 * g.k_d < -1e-2)
+    closed, searched = peak_gain(g), peak_gain(g, 1e-9)
+    assert searched.gain == pytest.approx(closed.gain, rel=1e-6)
+    assert searched.omega == pytest.approx(closed.omega, rel=1e-2)
+
+
+def test_delay_makes_the_peak_worse() -> None:
+    peaks = [peak_gain(PAPER, tau).gain for tau in (0.0, 0.1, 0.2, 0.4)]
+    assert peaks == sorted(peaks)
+    tame = Gains(k_d=0.05, k_v=0.5, k_c=0.1)  # just string-stable
+    assert peak_gain(tame, 1e-3).gain == 1.0
+    assert peak_gain(tame, 1.0).gain > 1.0
+
+
+@given(gains, st.floats(0.0, 0.3))
+def test_slow_waves_are_handed_on_after_k_c_over_k_d(g: Gains, tau: float) -> None:
+    assert group_delay_s(0.0, g, tau) == pytest.approx(g.k_c / g.k_d, rel=1e-3, abs=1e-5)
+
+
+# --- the ring -----------------------------------------------------------------------------------
+
+
+def test_eigenvalues_in_closed_form() -> None:
+    theta = np.linspace(0.0, np.pi, 9)
+    np.testing.assert_allclose(eigenvalue(BCM, theta), 2.0 * (1.0 - np.cos(theta)), atol=1e-15)
+    np.testing.assert_allclose(eigenvalue(FM, theta), 1.0 - np.exp(-1j * theta), atol=1e-15)
+    weighed = sum(
+        c * 2.0 * (1.0 - np.cos(j * theta)) for j, c in enumerate(least_squares(3), start=1)
+    )
+    np.testing.assert_allclose(eigenvalue(MBCM3, theta), weighed, atol=1e-15)
+
+
+def ring_matrix(coupling: Coupling, g: Gains, n: int) -> Floats:
+    """d/dt of (positions, speeds) of the whole ring."""
+    laplacian = np.zeros((n, n))
+    for sign, weights in ((-1, coupling.ahead), (1, coupling.behind)):
+        for j, weight in enumerate(weights, start=1):
+            for i in range(n):
+                laplacian[i, i] += weight
+                laplacian[i, (i + sign * j) % n] -= weight
+    above = np.hstack([np.zeros((n, n)), np.eye(n)])
+    below = np.hstack([-g.k_d * laplacian, -g.k_v * laplacian - g.k_c * np.eye(n)])
+    return np.vstack([above, below])
+
+
+@settings(deadline=None, max_examples=40)
+@given(couplings, gains, st.integers(3, 14))
+def test_modes_are_the_eigenvalues_of_the_whole_ring(c: Coupling, g: Gains, n: int) -> None:
+    lam = eigenvalue(c, 2.0 * np.pi * np.arange(n) / n)
+    mine = roots(lam, g).ravel()
+    whole = np.linalg.eigvals(ring_matrix(c, g, n))
+    for s in mine:  # equal roots are only found to the square root of the precision
+        assert np.abs(whole - s).min() < 1e-5
+    slowest = slowest_mode(c, g, n)
+    others = np.sort(whole.real)[::-1]
+    shift = np.argmin(np.abs(others))  # all vehicles shifted alike: s = 0 and s = -k_c
+    others = np.delete(others, [shift])
+    others = np.delete(others, [np.argmin(np.abs(others + g.k_c))])
+    assert slowest.rate == pytest.approx(others.max(), abs=1e-5)
+
+
+def test_bcm_on_the_papers_ring() -> None:
+    """s² + (k_v λ + k_c) s + k_d λ = 0 with λ = 2 (1 - cos(2π/40))."""
+    lam = 2.0 * (1.0 - np.cos(2.0 * np.pi / 40.0))
+    rate = -(0.5 * lam + 0.05) / 2.0
+    mode = slowest_mode(BCM, PAPER, 40)
+    assert mode.number == 1
+    assert mode.rate == pytest.approx(rate)
+    assert mode.omega == pytest.approx(np.sqrt(0.1 * lam - rate**2))
+    assert slowest_mode(MBCM3, PAPER, 40).rate < mode.rate  # MBCM damps it faster
+    assert slowest_mode(FM, PAPER, 40).rate > 0.0  # FM amplifies
+    assert len(modes(BCM, PAPER, 40)) == 20
+    assert slowest_mode(FM, Gains(k_d=0.02, k_v=0.5, k_c=0.1), 40).rate < 0.0
+
+
+def delayed(lam: complex, g: Gains, tau: float) -> NDArray[np.complex128]:
+    """Spectrum of x'' = -law(t - τ), by collocation of the delay line (Breda et al. 2005)."""
+    m = 24
+    x = np.cos(np.pi * np.arange(m + 1) / m)
+    c = np.r_[2.0, np.ones(m - 1), 2.0] * (-1.0) ** np.arange(m + 1)
+    gap = x[:, None] - x[None, :] + np.eye(m + 1)
+    d = np.outer(c, 1.0 / c) / gap
+    d -= np.diag(d.sum(axis=1))
+    d *= 2.0 / tau
+    whole = np.kron(d, np.eye(2)).astype(np.complex128)
+    whole[:2] = 0.0
+    whole[0, 1] = 1.0  # now: x' = v
+    whole[1, -2:] = [-g.k_d * lam, -(g.k_v * lam + g.k_c)]  # and v' is of the far end of the line
+    return np.asarray(np.linalg.eigvals(whole))
+
+
+@settings(deadline=None, max_examples=60)
+@given(couplings, gains, st.integers(3, 60), st.integers(1, 30), st.floats(0.01, 0.4))
+def test_roots_with_delay_are_the_dominant_ones(
+    c: Coupling, g: Gains, n: int, number: int, tau: float
+) -> None:
+    lam = eigenvalue(c, np.array([2.0 * np.pi * (1 + number % (n // 2)) / n]))
+    damping = abs(g.k_v * lam[0] + g.k_c)
+    assume(damping * tau < 0.3)  # beyond 1/e the pair is not what leads any more
+    s = roots(lam, g, tau)[:, 0]
+    law = (g.k_v * lam + g.k_c) * s + g.k_d * lam
+    np.testing.assert_allclose(s * s + law * np.exp(-s * tau), 0.0, atol=1e-9)
+    assert s[0].real >= s[1].real
+    assert s[0].real == pytest.approx(delayed(complex(lam[0]), g, tau).real.max(), abs=1e-6)
+
+
+@pytest.mark.parametrize("k_d", [0.25, 0.25001, 0.24999, 0.26])
+def test_roots_of_a_critically_damped_mode_come_apart_with_delay(k_d: float) -> None:
+    g = Gains(k_d=k_d, k_v=0.0, k_c=1.0)  # s² + s + 0.25 with λ = 1
+    s = roots(np.array([1.0 + 0j]), g, 0.1)[:, 0]
+    assert abs(s[0] - s[1]) > 0.1
+    np.testing.assert_allclose(s * s + (s + k_d) * np.exp(-0.1 * s), 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("coupling", [BCM, MBCM3, mbcm(uniform(2))])
+def test_long_waves_of_two_sided_laws(coupling: Coupling) -> None:
+    undamped = Gains(k_d=0.1, k_v=0.5, k_c=0.0)
+    phase, group = wave_speeds(coupling, undamped, 1e-2)
+    expected = long_wave_speed(coupling, undamped)
+    assert phase == pytest.approx(expected, rel=1e-3)
+    assert group == pytest.approx(expected, rel=1e-3)
+    variance = sum(c * j * j for j, c in enumerate(coupling.ahead, start=1))
+    assert expected == pytest.approx(np.sqrt(0.1 * variance))
+    creeping = wave_speeds(coupling, Gains(k_c=0.5), 1e-3)
+    assert creeping == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_long_waves_of_fm_are_kinematic() -> None:
+    phase, group = wave_speeds(FM, PAPER, 1e-4)
+    assert long_wave_speed(FM, PAPER) == pytest.approx(2.0)  # k_d / k_c
+    assert phase == pytest.approx(2.0, rel=1e-4)
+    assert group == pytest.approx(2.0, rel=1e-4)
+    assert long_wave_speed(FM, Gains(k_c=0.0)) == float("inf")
+    assert metres_per_second(2.0, 37.5, 30.0) == -45.0
+
+
+# --- a string -----------------------------------------------------------------------------------
+
+
+def test_a_string_of_fm_is_a_power_of_one_vehicle() -> None:
+    omega = np.array([0.0, 0.1, 0.27, 1.0, 3.0])
+    found = frequency_response(omega, open_road([FM] * 6, 0.2), PAPER, 0, ring=False)
+    single = transfer(omega, PAPER, 0.2)
+    np.testing.assert_allclose(found, single[:, None] ** np.arange(6), rtol=1e-10)
+    ring = frequency_response(omega, [Member(FM, 0.2)] * 6, PAPER, 2, ring=True)
+    np.testing.assert_allclose(ring, single[:, None] ** np.array([4, 5, 0, 1, 2, 3]), rtol=1e-10)
+
+
+def test_two_vehicles_between_ends_by_hand() -> None:
+    """Vehicle 2 under BCM, vehicle 3 under FM: x_2 = P (x_1 + x_3) / D, x_3 = H x_2."""
+    s = 0.3j
+    pull, own = 0.5 * s + 0.1, s * s + 0.05 * s
+    h = pull / (own + pull)
+    second = pull / (own + 2.0 * pull - pull * h)
+    found = frequency_response(np.array([0.3]), open_road([BCM] * 3, 0.0), PAPER, 0, ring=False)
+    np.testing.assert_allclose(found[0], [1.0, second, h * second])
+
+
+def test_ends_of_the_open_road() -> None:
+    members = open_road([MBCM3] * 8, 0.1)
+    sides = [member.coupling and len(member.coupling.behind) for member in members]
+    assert sides == [None, 1, 2, 3, 3, 2, 1, 0]
+    assert members[2].coupling == mbcm(least_squares(2))
+    assert members[1].coupling == BCM
+    assert members[7].coupling == FM
+    np.testing.assert_allclose(
+        frequency_response(np.array([0.2]), members, PAPER, 3, ring=False)[0, 0], 0.0
+    )  # vehicle 1 keeps its speed, whoever moves
+
+
+def brute(
+    motion: Floats, dt: float, members: list[Member], source: int, ring: bool, every: int
+) -> Floats:
+    """Speeds by small steps, commands held back by their delay."""
+    n = len(members)
+    late = round(members[0].delay_s / dt)
+    position, speed = np.zeros(n), np.zeros(n)
+    waiting = [np.zeros(n)] * (late + 1)
+    rows = []
+    for k, v in enumerate(motion):
+        speed[source] = v
+        if k % every == 0:
+            rows.append(speed.copy())
+        a = np.zeros(n)
+        for i, member in enumerate(members):
+            if member.coupling is None:
+                continue
+            a[i] = -PAPER.k_c * speed[i]
+            for sign, weights in ((-1, member.coupling.ahead), (1, member.coupling.behind)):
+                for j, weight in enumerate(weights, start=1):
+                    other = (i + sign * j) % n
+                    a[i] += weight * PAPER.k_d * (position[other] - position[i])
+                    a[i] += weight * PAPER.k_v * (speed[other] - speed[i])
+        waiting.append(a)
+        acts = waiting.pop(0) if late else a
+        position = position + dt * speed + 0.5 * dt * dt * acts
+        speed = speed + dt * acts
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(
+    ("members", "ring", "source"),
+    [
+        (open_road([FM, BCM, FM, MBCM3, BCM, MBCM3, BCM, FM], 0.2), False, 0),
+        (open_road([BCM] * 7, 0.0), False, 3),
+        ([Member(BCM, 0.2)] * 7, True, 2),
+        ([Member(MBCM3, 0.1)] * 9, True, 0),
+    ],
+)
+def test_a_string_moves_as_by_brute_force(members: list[Member], ring: bool, source: int) -> None:
+    dt, every = 0.005, 20
+    time = np.arange(12_000) * dt
+    motion = -np.exp(-(((time - 8.0) / 2.0) ** 2)) * (1.0 + 0.3 * np.sin(2.0 * time))
+    expected = brute(motion, dt, members, source, ring, every)
+    found = follow(motion[::every], dt * every, members, PAPER, source, ring=ring)
+    np.testing.assert_allclose(found, expected, atol=6e-3)
