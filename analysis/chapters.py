@@ -6,9 +6,11 @@ from collections.abc import Callable
 from typing import Final
 
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
+from zenvoy.analysis.stability_section import stability_section
 
-CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = ()
+CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (motion_section, stability_section)
 
 
 def chapters(run: Run) -> tuple[Section, ...]:
