@@ -61,7 +61,7 @@ def comparison(compared: Sequence[Compared]) -> tuple[Section, ...]:
 def _runs(compared: Sequence[Compared]) -> Sheet:
     return Sheet(
         name="compare-runs",
-        title="The runs.",
+        title="The runs",
         columns=("run", "scenario", "seed", "vehicles", "model", "time, s", "end", "fingerprint"),
         rows=tuple(
             (
@@ -91,7 +91,7 @@ def _settings(compared: Sequence[Compared]) -> Sheet:
             rows.append((key, *cells))
     note = "" if rows else "There is none: the scenarios ask for the same."
     columns = ("setting", *(each.label for each in compared))
-    title = "Settings in which the scenarios differ."
+    title = "Settings in which the scenarios differ"
     return Sheet(name="compare-settings", title=title, columns=columns, rows=tuple(rows), note=note)
 
 
@@ -115,7 +115,7 @@ def _figures(compared: Sequence[Compared]) -> Sheet:
         rows.append((name, unit, *cells, *(_difference(cell, cells[0]) for cell in cells[1:])))
     return Sheet(
         name="compare-figures",
-        title="Figures of the runs, and their differences from those of the first.",
+        title="Figures of the runs, and their differences from those of the first",
         columns=(
             "figure",
             "unit",

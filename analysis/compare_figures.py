@@ -15,6 +15,7 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.analysis.section import Picture
+from zenvoy.scenarios import roster
 
 _AFTER_S: Final = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
 _SNAPSHOTS: Final = 6
@@ -65,9 +66,10 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
 
 
 def colours(runs: Sequence[Labelled]) -> list[str]:
-    """A colour per run: that of its last model where no two share one, or else in turn."""
-    models = [run.scenario.control.phases[-1][1] for _, run in runs]
-    if len(set(models)) == len(models):
+    """A colour per run: that of the model it ends with where these differ, or else in turn."""
+    last = [{settings.phases[-1][1] for settings in roster(run.scenario)} for _, run in runs]
+    models = [model for of_run in last for model in of_run]
+    if len(models) == len(set(models)) == len(runs):
         return [style.MODEL_COLOURS[model] for model in models]
     return [style.CYCLE[number % len(style.CYCLE)] for number in range(len(runs))]
 
@@ -116,6 +118,7 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
         axes.set_title(style.plain(label), loc="left")
         axes.set(xlim=(0.0, last_s), ylim=(0.5, most + 0.5))
         axes.grid(visible=False)
+        axes.yaxis.get_major_locator().set_params(integer=True)
     for axes in grid.flat[len(runs) :]:
         axes.set_visible(False)
     figure.colorbar(image, ax=grid, label="speed, m/s")
@@ -144,7 +147,7 @@ def instants_s(runs: Sequence[Labelled]) -> list[float]:
     They count from the first braking of any run.
     """
     last_s = min(float(run.time_s[-1]) for _, run in runs)
-    brakes_s = [event.at_s for _, run in runs for event in run.scenario.events]
+    brakes_s = [event.at_s for _, run in runs for event in run.scenario.brakes]
     start_s = min([*(at_s for at_s in brakes_s if at_s < last_s), last_s])
     start_s = 0.0 if start_s == last_s else start_s
     return [start_s + after_s for after_s in _AFTER_S if start_s + after_s <= last_s][-_SNAPSHOTS:]
@@ -163,6 +166,7 @@ def _snapshots(runs: Sequence[Labelled]) -> Figure:
             vehicles = np.arange(1, run.vehicles + 1)
             axes.plot(vehicles, run.truth["speed"][row], marker=".", ms=3, lw=0.8, **look)
         axes.set_title(f"{at_s:g} s", loc="left")
+        axes.xaxis.get_major_locator().set_params(integer=True)
     for axes in grid.flat[len(instants) :]:
         axes.set_visible(False)
     figure.supxlabel("vehicle", fontsize="medium")
@@ -194,10 +198,10 @@ def _delays(runs: Sequence[Labelled], distributions: Sequence[list[Steps | None]
         for found, look in zip(of_runs, _lines(runs), strict=True):
             values, share = found or Steps(np.zeros(0), np.zeros(0))
             # From no share at all before the smallest value to all of it beyond the largest.
-            x, y = [0.0, *values, end], [0.0, *share, 1.0]
+            x, y = [0.0, *values, end], [0.0, *(100.0 * share), 100.0]
             axes.step(x if found else [], y if found else [], where="post", **look)
         axes.set_xlim(0.0, end or 1.0)
-    pair[0].set(xlabel="latency of a frame, ms", ylabel="share", ylim=(0.0, 1.02))
+    pair[0].set(xlabel="latency of a frame, ms", ylabel="at most so much, %", ylim=(0.0, 102.0))
     pair[1].set_xlabel("age of the data of the vehicle behind, ms")
     _legend(figure, pair[0])
     return figure  # type: ignore[no-any-return]

@@ -10,7 +10,7 @@ from zenvoy.analysis.section import Cell, Sheet
 
 ABSENT: Final = "–"
 _SIGNIFICANT: Final = 4  # digits of the largest number of a column
-_SMALLEST: Final = 1  # digits of its smallest
+_SMALLEST: Final = 2  # digits of its smallest, where one decimal more is enough for them
 _SPREAD: Final = 1e4  # columns that span more are not of one scale
 _MOST_DECIMALS: Final = 6
 _FIXED: Final = (1e-4, 1e7)  # magnitudes that are written without an exponent
@@ -22,6 +22,11 @@ class Column(NamedTuple):
     title: str
     number: bool
     cells: list[str]
+
+    @property
+    def longest(self) -> int:
+        """Characters of its longest cell."""
+        return max(map(len, self.cells), default=0)
 
 
 def columns(sheet: Sheet, most_rows: int) -> list[Column]:
@@ -48,16 +53,17 @@ def _row_texts(row: Sequence[Cell]) -> list[str]:
 def texts(column: Sequence[Cell]) -> list[str]:
     """The cells of a column. What is no number, and None, is "–".
 
-    A column of one quantity has as many decimals throughout as its largest and its smallest
-    number need. One with text in it, or that spans more than four orders, has four significant
-    digits a cell.
+    A column of one quantity has the same decimals throughout: those of four significant digits
+    of its largest number, and one more where the smallest would else have less than two. One with
+    text in it, or that spans more than four orders, has four significant digits a cell.
     """
     known = [abs(cell) for cell in column if isinstance(cell, float) and math.isfinite(cell)]
     sizes = [size for size in known if size > 0.0]
     alike = not any(isinstance(cell, str) for cell in column)
     if not sizes or not alike or max(sizes) >= _SPREAD * min(sizes):
         return [text(cell) for cell in column]
-    wanted = max(_decimals(max(sizes), _SIGNIFICANT), _decimals(min(sizes), _SMALLEST))
+    enough = _decimals(max(sizes), _SIGNIFICANT)
+    wanted = max(enough, min(enough + 1, _decimals(min(sizes), _SMALLEST)))
     decimals = min(wanted, max(map(_needed, known)))
     return [_fixed(cell, decimals) if isinstance(cell, float) else text(cell) for cell in column]
 

@@ -43,6 +43,7 @@ def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]
         interpolation="none",
     )
     axes.grid(visible=False)
+    axes.yaxis.get_major_locator().set_params(integer=True)
     figure.colorbar(image, ax=axes, label="speed, m/s")
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
@@ -59,7 +60,7 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
     """The gap ahead of the vehicle behind the first one that brakes, over a minute from then."""
-    brakes = [brake for brake in run.scenario.events if brake.at_s < run.time_s[-1]]
+    brakes = [brake for brake in run.scenario.brakes if brake.at_s < run.time_s[-1]]
     braking = min(brakes, key=lambda brake: brake.at_s) if brakes else None
     vehicle = (braking.vehicle if braking else 1) % run.vehicles + 1
     if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road
@@ -72,7 +73,8 @@ def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
         read, estimated = run.radar["gap"][shown, column], run.estimate["ahead_gap"][shown, column]
         axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured")
         axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
-        axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
+        if not np.isnan(estimated).all():  # PBCM alone estimates
+            axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
         axes.legend(ncols=3, loc="lower right", markerscale=3)
         axes.set_xlim(start_s, start_s + _SPAN_S if len(shown) == 1 else time_s[-1])
     axes.set_xlabel("time, s")

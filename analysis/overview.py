@@ -30,7 +30,7 @@ _CAPTION: Final = (
     "The run at a glance. Top: speed of every vehicle over time; a wave shows as a band that "
     "crosses the vehicles. Middle: MinDistance and MaxDistance, the means of the three smallest "
     "and of the three largest gaps; on a string that settles they meet. Bottom: the gap ahead of "
-    "one vehicle as its radar reads it, as its filter estimates it, and as it is."
+    "one vehicle as its radar reads it, as it is and, under PBCM, as its filter estimates it."
 )
 
 
@@ -38,7 +38,7 @@ def overview_section(run: Run, summary: Summary) -> Section:
     """Summary and overview of a run that has motion to show."""
     sheet = Sheet(
         name="summary",
-        title="Summary.",
+        title="Summary",
         columns=("figure", "unit", "value"),
         rows=merits(summary),
         note=MERITS,

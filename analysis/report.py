@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from importlib.metadata import version
 from itertools import pairwise
 from typing import Final
@@ -9,7 +11,7 @@ from typing import Final
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.page import Page
 from zenvoy.analysis.section import Section
-from zenvoy.scenarios import Scenario, effective_yaml
+from zenvoy.scenarios import Scenario, effective_yaml, roster
 
 _BUSES: Final = {
     "zenoh": "a process per vehicle, on Zenoh",
@@ -57,8 +59,17 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
 
 
 def models(scenario: Scenario) -> str:
-    """The models in force and the times from which they are: "FM, PBCM from 10 s"."""
-    phases = scenario.control.phases
+    """The models in force, from when on, and in how many vehicles where not in all.
+
+    "FM, PBCM from 10 s", or "PBCM (36 vehicles); FM (4 vehicles)".
+    """
+    programs = Counter(_program(settings.phases) for settings in roster(scenario))
+    if len(programs) == 1:
+        return next(iter(programs))
+    return "; ".join(f"{text} ({number} vehicles)" for text, number in programs.most_common())
+
+
+def _program(phases: Sequence[tuple[int, str]]) -> str:
     changes = [
         f"{new} from {at_ns * 1e-9:g} s"
         for (_, old), (at_ns, new) in pairwise(phases)

@@ -77,7 +77,8 @@ def _with_motion(log: Path) -> Run:
     """The run of a log; raises LogError where there is no motion to show."""
     run = load(log)
     if len(run.time_s) < 2 or not run.cycles:
-        raise LogError(f"{log}: no cycle was logged: there is nothing to show")
+        reasons = dict.fromkeys([*run.notes, "no cycle was logged"])
+        raise LogError(f"{log}: nothing to show: {'; '.join(reasons)}")
     return run
 
 

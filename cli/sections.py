@@ -31,7 +31,9 @@ def print_section(console: Console, section: Section) -> None:
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:
     console.print(Text(f"\n{sheet.title}", style="italic"))
-    for block in _blocks(columns(sheet, MOST_ROWS), console.width):
+    for number, block in enumerate(_blocks(columns(sheet, MOST_ROWS), console.width)):
+        if number:
+            console.print()
         console.print(_table(block))
     if len(sheet.rows) > MOST_ROWS:
         text = f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has them all."
@@ -54,11 +56,10 @@ def _blocks(shown: Sequence[Column], width: int) -> Iterator[list[Column]]:
 
 def _width(column: Column) -> int:
     """What a column takes at the least: numbers whole, titles and texts folded."""
-    title, number, cells = column
-    longest = max(map(len, cells), default=0)
-    words = max(map(len, title.split()), default=0)
-    title_width = max(words, min(len(title), _TITLE))
-    return max(longest if number else min(longest, _TEXT), title_width) + _PADDING
+    words = max(map(len, column.title.split()), default=0)
+    title = max(words, min(len(column.title), _TITLE))
+    cells = column.longest if column.number else min(column.longest, _TEXT)
+    return max(cells, title) + _PADDING
 
 
 def _table(shown: Sequence[Column]) -> Table:

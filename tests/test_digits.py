@@ -76,7 +76,7 @@ def test_rows_of_different_units_are_written_each_by_itself() -> None:
         Column("a", True, ["36.03", "12\u00a0000"]),
         Column("b", True, ["40.00", "–"]),
     ]
-    assert [column.cells[2] for column in columns(sheet, 9)] == ["lost", "%", "0.2", "120.5"]
+    assert [column.cells[2] for column in columns(sheet, 9)] == ["lost", "%", "0.25", "120.50"]
 
 
 def test_rows_of_one_unit_are_written_alike() -> None:

@@ -1,0 +1,66 @@
+"""Chapters on a terminal: whole numbers and whole words at any width."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import Final
+
+import pytest
+from rich.console import Console
+
+from zenvoy.analysis.section import Section, Sheet
+from zenvoy.cli.sections import MOST_ROWS, print_section
+
+WIDE: Final = Sheet(
+    name="wide",
+    title="A wide table.",
+    columns=("figure", "unit", *(f"{name} of the run, m" for name in "abcdefgh")),
+    rows=(
+        ("smallest gap", "m", *(12_345.678 * number for number in range(1, 9))),
+        ("a long name of a quantity [b]that[/b] must fold", "", *range(8)),
+    ),
+    note="A note of more words than there is room for in a line of a narrow terminal.",
+)
+
+
+def printed(section: Section, width: int) -> str:
+    """What a terminal of this width shows."""
+    file = StringIO()
+    print_section(Console(file=file, width=width, color_system=None), section)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("width", [200, 80, 60])
+def test_every_number_is_told_at_any_width(width: int) -> None:
+    text = printed(Section(title="Chapter", sheets=(WIDE,), notes=("A note.",)), width)
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= width
+    assert "…" not in text
+    for number in range(1, 9):
+        assert f" {12_345.678 * number:.0f}" in text
+    assert {"Chapter", "  A note.", "A wide table."} <= {line.rstrip() for line in lines}
+    words = " ".join(text.split())
+    for letter in "abcdefgh":
+        assert f"{letter} of" in words
+    assert "[b]that[/b]" in words
+
+
+def test_a_table_that_is_too_wide_says_anew_what_its_rows_are() -> None:
+    lines = printed(Section(title="C", sheets=(WIDE,)), 80).splitlines()
+    heads = sum(line.startswith("figure ") for line in lines)
+    assert heads > 1
+    assert sum(line.startswith("smallest gap") for line in lines) == heads
+
+
+def test_a_long_table_says_where_the_rest_is() -> None:
+    rows = tuple((number, 0.5) for number in range(1, MOST_ROWS + 11))
+    sheet = Sheet(name="long", title="Long.", columns=("vehicle", "x, m"), rows=rows)
+    text = printed(Section(title="C", sheets=(sheet,)), 80)
+    assert f"The first {MOST_ROWS} of {MOST_ROWS + 10} rows; long.csv has them all." in text
+    assert f"\n{' ' * 5}{MOST_ROWS} " in text
+    assert f" {MOST_ROWS + 1} " not in text
+
+
+def test_a_table_of_nothing_is_a_head_alone() -> None:
+    sheet = Sheet(name="none", title="None.", columns=("vehicle", "x, m"), rows=())
+    assert "vehicle" in printed(Section(title="C", sheets=(sheet,)), 80)
