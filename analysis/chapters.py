@@ -9,8 +9,13 @@ from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
+from zenvoy.analysis.v2v import v2v_section
 
-CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (motion_section, estimation_section)
+CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
+    motion_section,
+    estimation_section,
+    v2v_section,
+)
 
 
 def chapters(run: Run) -> tuple[Section, ...]:
