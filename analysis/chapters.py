@@ -19,5 +19,5 @@ CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
 
 
 def chapters(run: Run) -> tuple[Section, ...]:
-    """Every chapter of a run that has motion to show."""
+    """Every chapter of a run that has motion to show; raises LogError."""
     return tuple(chapter(run) for chapter in CHAPTERS)

@@ -60,7 +60,7 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
     """The gap ahead of the vehicle behind the first one that brakes, over a minute from then."""
-    brakes = [brake for brake in run.scenario.events if brake.at_s < run.time_s[-1]]
+    brakes = [brake for brake in run.scenario.brakes if brake.at_s < run.time_s[-1]]
     braking = min(brakes, key=lambda brake: brake.at_s) if brakes else None
     vehicle = (braking.vehicle if braking else 1) % run.vehicles + 1
     if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road

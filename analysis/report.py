@@ -11,8 +11,7 @@ from typing import Final
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.page import Page
 from zenvoy.analysis.section import Section
-from zenvoy.scenarios import Scenario, effective_yaml
-from zenvoy.scenarios.roster import roster
+from zenvoy.scenarios import Scenario, effective_yaml, roster
 
 _BUSES: Final = {
     "zenoh": "a process per vehicle, on Zenoh",

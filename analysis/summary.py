@@ -63,7 +63,7 @@ def _distances(run: Run) -> Summary:
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
-    brakes = [(brake.at_s, brake.at_s + brake.duration_s) for brake in run.scenario.events]
+    brakes = [(brake.at_s, brake.at_s + brake.duration_s) for brake in run.scenario.brakes]
     at_100_s = np.flatnonzero(time_s >= 100.0)
     return {
         "smallest_gap_m": float(np.nanmin(gap)),

@@ -25,6 +25,7 @@ from zenvoy.scenarios import (
     load,
 )
 
+EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 EXIT_PROCESS_LOST = 3
 EXIT_INTERRUPTED = 130
@@ -193,6 +194,37 @@ def export(
         _refuse(str(error))
     except tables.ExportError as error:
         _refuse(f"--out {error}")
+
+
+@app.command()
+def reproduce(
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each case, from 1 on.")] = 30,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
+    ] = None,
+    bus: Annotated[
+        Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
+    ] = Bus.IN_PROCESS,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+    ] = Path("runs/reproduction"),
+    duration_s: DurationOption = None,
+) -> None:
+    """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
+    import os
+
+    from zenvoy.cli.reproduce import reproduce
+    from zenvoy.cli.study import StudyError
+
+    at_a_time = jobs or len(os.sched_getaffinity(0))
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _interrupt)
+    try:
+        reproduce(seeds, at_a_time, bus.value, out, runs, duration_s, console)
+    except (StudyError, OSError) as error:
+        errors.print(f"the study cannot go on: {error}")
+        raise typer.Exit(EXIT_FAILED) from error
 
 
 def main() -> None:

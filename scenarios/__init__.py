@@ -11,10 +11,10 @@ from zenvoy.scenarios.errors import (
     UnknownScenarioError,
     UnreadableScenarioError,
 )
+from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
 from zenvoy.scenarios.roster import Settings, roster
 from zenvoy.scenarios.schema import (
-    Brake,
     Channel,
     Control,
     Estimator,
@@ -53,8 +53,10 @@ __all__ = [
     "ScenarioError",
     "Sensors",
     "Settings",
+    "Sine",
     "Switch",
     "TechnologyName",
+    "Trace",
     "UnknownScenarioError",
     "UnreadableScenarioError",
     "builtin",

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from zenvoy.scenarios.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.sets import members
 from zenvoy.scenarios.wording import trimmed
@@ -33,7 +34,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_groups(scenario),
         *_times(scenario),
         *_schedule(scenario),
-        *_events(scenario),
+        *events_that_disagree(scenario),
     ]
 
 
@@ -139,11 +140,3 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
             key = f"control.schedule.{index}.at_s"
             related = (f"control.schedule.{index - 1}.at_s",)
             yield Problem(key=key, text=text, related=related)
-
-
-def _events(scenario: Scenario) -> Iterator[Problem]:
-    size = scenario.fleet.size
-    for index, event in enumerate(scenario.events):
-        if event.vehicle > size:
-            text = f"{event.vehicle} is not in [1, {size}], the vehicles of fleet.size ({size})"
-            yield Problem(key=f"events.{index}.vehicle", text=text, related=("fleet.size",))

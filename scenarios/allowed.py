@@ -11,6 +11,9 @@ from zenvoy.scenarios.wording import trimmed
 
 JsonSchema = dict[str, Any]
 
+_TO_RESOLVE = {"$ref", "anyOf"}
+_NULL = {"type": "null"}
+
 _NOUNS = {
     "integer": "a whole number",
     "number": "a number",
@@ -25,22 +28,53 @@ def _root_schema() -> JsonSchema:
     return Scenario.model_json_schema()
 
 
-def schema_at(path: Path) -> JsonSchema:
-    """The JSON schema of the value at `path`; where null is allowed too, that of the other values.
+def schema_at(loc: Path) -> JsonSchema:
+    """The JSON schema at `loc`, a path as in pydantic's errors; the value's, where null is allowed.
 
-    Raises KeyError if the schema has no such path.
+    Where there are several types of entry, `loc` may name one, after the entry's index. Raises
+    KeyError if the schema has no such path.
     """
+    return _walk(loc)[0]
+
+
+def path_of(loc: Path) -> Path:
+    """`loc`, a path as in pydantic's errors, without the names of types of entries."""
+    return _walk(loc)[1]
+
+
+def _walk(loc: Path) -> tuple[JsonSchema, Path]:
     schema = _root_schema()
-    for step in path:
-        schema = schema["items"] if isinstance(step, int) else schema["properties"][step]
-        nullable = "anyOf" in schema
-        if nullable:
-            schema = schema["anyOf"][0]
+    path: Path = ()
+    for step in loc:
+        if "oneOf" in schema and not isinstance(step, int):
+            branches = map(resolved, schema["oneOf"])
+            schema = next(b for b in branches if b["properties"]["type"]["const"] == step)
+            continue
+        path = (*path, step)
+        if not isinstance(step, int):
+            schema = resolved(schema["properties"][step])
+        elif "prefixItems" in schema:
+            schema = resolved(schema["prefixItems"][step])
+        else:
+            schema = resolved(schema["items"])
+    return schema, path
+
+
+def resolved(schema: JsonSchema) -> JsonSchema:
+    """What references and "or null" stand for, whichever comes first."""
+    while not _TO_RESOLVE.isdisjoint(schema):
         if "$ref" in schema:
             schema = _root_schema()["$defs"][schema["$ref"].rpartition("/")[2]]
-        if nullable:
-            schema = {**schema, "nullable": True, "default": None}
+            continue
+        first = next(branch for branch in schema["anyOf"] if branch != _NULL)
+        schema = {"default": None, **schema, **resolved(first), "nullable": True}
+        del schema["anyOf"]
     return schema
+
+
+def types(schema: JsonSchema) -> list[str]:
+    """The types of entry that there are; empty where there is one kind only."""
+    return [resolved(b)["properties"]["type"]["const"] for b in schema.get("oneOf", ())]
 
 
 def noun(schema: JsonSchema) -> str:
@@ -51,7 +85,11 @@ def noun(schema: JsonSchema) -> str:
         return str(schema["const"])
     if "enum" in schema:
         return f"one of {', '.join(schema['enum'])}"
+    if kinds := types(schema):
+        return f"a mapping; its type: one of {', '.join(kinds)}"
     words = _NOUNS[schema["type"]]
+    if "prefixItems" in schema:
+        words += f" of {len(schema['prefixItems'])}"
     if "properties" in schema:
         words += f"; allowed keys: {', '.join(schema['properties'])}"
     return f"{words} or null" if "nullable" in schema else words
@@ -76,9 +114,13 @@ def stand_in(schema: JsonSchema) -> object:
     """A value that is valid by itself: the default, or for a required value any."""
     if "default" in schema:
         return schema["default"]
+    if "oneOf" in schema:
+        return stand_in(resolved(schema["oneOf"][0]))
     if "properties" in schema:
         required = schema.get("required", [])
-        return {key: stand_in(schema["properties"][key]) for key in required}
+        return {key: stand_in(resolved(schema["properties"][key])) for key in required}
     if "enum" in schema:
         return schema["enum"][0]
+    if schema["type"] == "array":
+        return [stand_in(resolved(item)) for item in schema.get("prefixItems", ())]
     return "a" if schema["type"] == "string" else 1

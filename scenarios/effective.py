@@ -5,23 +5,33 @@ from __future__ import annotations
 import json
 import re
 from io import StringIO
+from typing import Any
 
 from ruamel.yaml import YAML
-from ruamel.yaml.nodes import ScalarNode
+from ruamel.yaml.nodes import ScalarNode, SequenceNode
 from ruamel.yaml.representer import SafeRepresenter
 
 from zenvoy.scenarios.schema import Scenario
 
 
 class _Representer(SafeRepresenter):
-    """Quotes every text but plain words: ruamel leaves some that YAML reads as something else."""
+    """Quotes every text but plain words: ruamel leaves some that YAML reads as something else.
+
+    Lists of numbers take a line each.
+    """
 
     def represent_str(self, data: str) -> ScalarNode:
         style = None if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", data) else '"'
         return self.represent_scalar("tag:yaml.org,2002:str", data, style=style)
 
+    def represent_list(self, data: list[Any]) -> SequenceNode:
+        flow = bool(data) and all(isinstance(item, int | float) for item in data)
+        tag = "tag:yaml.org,2002:seq"
+        return self.represent_sequence(tag, data, flow_style=True if flow else None)
+
 
 _Representer.add_representer(str, _Representer.represent_str)
+_Representer.add_representer(list, _Representer.represent_list)
 
 
 def effective_yaml(scenario: Scenario) -> str:

@@ -12,7 +12,8 @@ from zenvoy.scenarios.wording import one_line
 class Place:
     """Where a value was written: a line of a file, or an option of the command line.
 
-    rank is 0 for the file; options count from 1, in the order in which they apply.
+    rank is the order in which values apply: 0 for the file, less for what it extends, and options
+    count from 1.
     """
 
     source: str
@@ -41,9 +42,10 @@ class Problem:
         return what if self.place is None else f"{what}  ({self.place})"
 
     @property
-    def order(self) -> tuple[int, int]:
-        """Sort key: the file by line, then the options."""
-        return (0, 0) if self.place is None else (self.place.rank, self.place.line or 0)
+    def order(self) -> tuple[int, str, int]:
+        """Sort key: what is extended, the file, the options; each file by line."""
+        place = self.place
+        return (0, "", 0) if place is None else (place.rank, place.source, place.line or 0)
 
 
 class ScenarioError(Exception):

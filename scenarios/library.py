@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from pathlib import PurePath
 
 _SUFFIX = ".yaml"
 
@@ -14,6 +15,11 @@ def packaged() -> dict[str, Traversable]:
     """The YAML files inside the package by name ("paper/case-15"), case-2 before case-15."""
     found = dict(_under(files("zenvoy.scenarios"), ""))
     return dict(sorted(found.items(), key=lambda item: _natural(item[0])))
+
+
+def inside(path: PurePath) -> Traversable:
+    """The file inside the package at a relative path, whether it exists or not."""
+    return files("zenvoy.scenarios").joinpath(*path.parts)
 
 
 def _under(folder: Traversable, prefix: str) -> Iterator[tuple[str, Traversable]]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from zenvoy.scenarios.errors import Place, Problem, ScenarioError
 from zenvoy.scenarios.source import DEEPEST, parse
 from zenvoy.scenarios.tree import Node, planted
+from zenvoy.scenarios.wording import dotted
 
 
 def overridden(
@@ -37,5 +38,8 @@ def _with_setting(root: Node, setting: str, place: Place) -> tuple[Node, list[Pr
     if not equals or not all(path) or len(path) > DEEPEST:
         what = "not of the form key=value, for instance channel.loss.p=0.3"
         return root, [Problem(key="", text=what, place=place)]
+    if path[0] == "extends":
+        what = "cannot be set; allowed in a file only"
+        return root, [Problem(key=dotted(path), text=what, place=place)]
     value, problems = parse(text, lambda _: place, path)
     return planted(root, path, value or Node(None, place)), problems

@@ -7,31 +7,25 @@ in docs/decisions.md.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from zenvoy.scenarios.agreement import refuse_disagreements
+from zenvoy.scenarios.events import Brake, Event, Sine, Trace
 from zenvoy.scenarios.inputs import GroupName, VehicleSet, Weights
+from zenvoy.scenarios.section import (
+    LARGEST,
+    NS_PER_MS,
+    NS_PER_S,
+    Fraction,
+    NonNegative,
+    Positive,
+    Section,
+)
 
 Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
-
-# Keeps every sum and product of settings finite, and every time within an int64 of nanoseconds.
-LARGEST = 1e9
-
-Fraction = Annotated[float, Field(ge=0, le=1)]
-NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
-Positive = Annotated[float, Field(gt=0, le=LARGEST)]
-
-NS_PER_MS = 1_000_000
-NS_PER_S = 1_000_000_000
-
-
-class Section(BaseModel):
-    """Base of every section: immutable, no unknown keys, no silent conversions, finite numbers."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Road(Section):
@@ -160,18 +154,15 @@ class Channel(Section):
     bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's
 
 
-class Brake(Section):
-    """From at_s, for duration_s, the vehicle brakes whatever its controller says."""
-
-    type: Literal["brake"] = "brake"
-    vehicle: Annotated[int, Field(ge=1)]
-    at_s: NonNegative
-    duration_s: Positive
-    deceleration_mps2: Positive
+def _extends_in_front(schema: dict[str, Any]) -> None:
+    """What only a file may say: `zenvoy.scenarios.extends` puts in what the other one says."""
+    schema["properties"] = {"extends": {"type": "string"}, **schema["properties"]}
 
 
 class Scenario(Section):
     """A whole experiment."""
+
+    model_config = ConfigDict(json_schema_extra=_extends_in_front)
 
     description: str = ""
     duration_s: Positive = 500.0
@@ -185,12 +176,22 @@ class Scenario(Section):
     sensors: Sensors = Sensors()
     estimator: Estimator = Estimator()
     channel: Channel = Channel()
-    events: Annotated[tuple[Brake, ...], Field(strict=False)] = ()  # a list is welcome too
+    events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is welcome too
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
         refuse_disagreements(self)
         return self
+
+    @property
+    def brakes(self) -> tuple[Brake, ...]:
+        """The events that are brakes."""
+        return tuple(event for event in self.events if isinstance(event, Brake))
+
+    @property
+    def profiles(self) -> tuple[Sine | Trace, ...]:
+        """The events that give a vehicle a speed to follow."""
+        return tuple(event for event in self.events if not isinstance(event, Brake))
 
     @property
     def period_ns(self) -> int:

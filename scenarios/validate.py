@@ -9,11 +9,11 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from zenvoy.scenarios.agreement import DisagreementError
-from zenvoy.scenarios.allowed import schema_at, stand_in
+from zenvoy.scenarios.allowed import stand_in
 from zenvoy.scenarios.errors import InvalidScenarioError, Problem
-from zenvoy.scenarios.explain import explained
+from zenvoy.scenarios.explain import Refusal, explained, refusal
 from zenvoy.scenarios.schema import Scenario
-from zenvoy.scenarios.tree import Node, Unreadable
+from zenvoy.scenarios.tree import Node
 
 
 def validated(root: Node, known: Sequence[Problem] = ()) -> Scenario:
@@ -24,8 +24,8 @@ def validated(root: Node, known: Sequence[Problem] = ()) -> Scenario:
     problems = list(known)
     try:
         scenario = Scenario.model_validate(root.plain())
-    except ValidationError as refusal:
-        problems += _problems(refusal.errors(include_url=False), root)
+    except ValidationError as refused:
+        problems += _problems(refused.errors(include_url=False), root)
     if problems:
         raise InvalidScenarioError(problems)
     return scenario
@@ -34,17 +34,13 @@ def validated(root: Node, known: Sequence[Problem] = ()) -> Scenario:
 def _problems(errors: list[ErrorDetails], root: Node) -> list[Problem]:
     if found := _disagreements(errors):
         return [_placed(problem, root) for problem in found]
-    problems = [explained(error, root) for error in errors if not _known(error)]
-    bad = {tuple(map(str, error["loc"])) for error in errors}
-    for problem in _disagreements(_errors(_repaired(root, errors))):
+    refusals = [refusal(error) for error in errors]
+    problems = [problem for refused in refusals if (problem := explained(refused, root))]
+    bad = {tuple(map(str, refused.path)) for refused in refusals}
+    for problem in _disagreements(_errors(_repaired(root, refusals))):
         if not any(_within(key, bad) for key in (problem.key, *problem.related)):
             problems.append(_placed(problem, root))
     return problems
-
-
-def _known(error: ErrorDetails) -> bool:
-    """Whether the value could not even be read, which is reported where it was tried."""
-    return error["input"] is Unreadable.UNREADABLE and error["type"] != "extra_forbidden"
 
 
 def _disagreements(errors: Iterable[ErrorDetails]) -> list[Problem]:
@@ -55,23 +51,25 @@ def _disagreements(errors: Iterable[ErrorDetails]) -> list[Problem]:
 def _errors(plain: object) -> list[ErrorDetails]:
     try:
         Scenario.model_validate(plain)
-    except ValidationError as refusal:
-        return refusal.errors(include_url=False)
+    except ValidationError as refused:
+        return refused.errors(include_url=False)
     return []
 
 
-def _repaired(root: Node, errors: list[ErrorDetails]) -> object:
+def _repaired(root: Node, refusals: list[Refusal]) -> object:
     """The values with stand-ins for the refused ones: only so does pydantic compare sections."""
     plain = root.plain()
-    for error in errors:
-        *parents, last = error["loc"]
+    for path, kind, _, schema in refusals:
+        *parents, last = path
         holder: Any = plain
         for step in parents:
             holder = holder[step]
-        if error["type"] == "extra_forbidden":
+        if kind == "extra_forbidden":
             del holder[last]
+        elif isinstance(holder, list) and last == len(holder):  # an entry that is missing
+            holder.append(stand_in(schema))
         else:
-            holder[last] = stand_in(schema_at(error["loc"]))
+            holder[last] = stand_in(schema)
     return plain
 
 

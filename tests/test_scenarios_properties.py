@@ -28,7 +28,9 @@ from zenvoy.scenarios import (
     Scenario,
     ScenarioError,
     Sensors,
+    Sine,
     Switch,
+    Trace,
     effective_json,
     effective_yaml,
     load,
@@ -64,6 +66,25 @@ def groups(size: int) -> st.SearchStrategy[Group]:
 
 
 @st.composite
+def _profiles(draw: st.DrawFn, vehicle: int, period_ms: float) -> Sine | Trace:
+    if draw(st.booleans()):
+        times_ms = sorted(draw(st.sets(st.integers(0, 10**12), min_size=2, max_size=9)))
+        points = tuple((ms / 1000, draw(non_negative)) for ms in times_ms)
+        return Trace(vehicle=vehicle, at_s=draw(non_negative), points=points)
+    mean_mps = draw(non_negative)
+    frequencies = st.floats(1e-6, 499.0 / period_ms)
+    return Sine(
+        vehicle=vehicle,
+        at_s=draw(non_negative),
+        duration_s=draw(positive),
+        mean_mps=mean_mps,
+        amplitude_mps=draw(st.floats(0, mean_mps)),
+        frequency_hz=draw(frequencies),
+        to_frequency_hz=draw(st.none() | frequencies),
+    )
+
+
+@st.composite
 def scenarios(draw: st.DrawFn) -> Scenario:
     size = draw(st.integers(3, 10_000))
     length_m = draw(st.floats(0.1, 1e6))
@@ -77,6 +98,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         duration_s=positive,
         deceleration_mps2=positive,
     )
+    speeds = [draw(_profiles(vehicle, period_ms)) for vehicle in (1, size)]
     return Scenario(
         description=draw(st.text(max_size=40)),
         duration_s=draw(st.floats(10, 1e9)),
@@ -118,7 +140,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
             frame_bytes=draw(st.integers(1, 65_535)),
             bit_rate_mbps=draw(st.none() | st.floats(0.001, 1e9)),
         ),
-        events=tuple(draw(st.lists(brakes, max_size=3))),
+        events=tuple(draw(st.permutations([*draw(st.lists(brakes, max_size=3)), *speeds]))),
     )
 
 
@@ -156,7 +178,13 @@ def _yaml(values: object) -> str:
 
 
 VALID: dict[str, Any] = load(
-    "paper/case-15", ["events.1={vehicle: 3, at_s: 20, duration_s: 1, deceleration_mps2: 1}"]
+    "paper/case-15",
+    [
+        "events.1={vehicle: 3, at_s: 20, duration_s: 1, deceleration_mps2: 1}",
+        "events.2={type: trace, vehicle: 1, at_s: 0, points: [[0, 30], [10.5, 31]]}",
+        "events.3={type: sine, vehicle: 1, at_s: 20, duration_s: 9, amplitude_mps: 1,"
+        " frequency_hz: 0.1}",
+    ],
 ).scenario.model_dump(mode="json")
 
 

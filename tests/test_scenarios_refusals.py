@@ -18,8 +18,8 @@ from zenvoy.scenarios import (
 Refusal = Callable[..., str]
 
 TOP = (
-    "description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, control, "
-    "sensors, estimator, channel, events"
+    "extends, description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, "
+    "control, sensors, estimator, channel, events"
 )
 
 
@@ -119,7 +119,20 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ),
         (
             "events:\n  - {type: swerve, vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 1}",
-            "events.0.type: 'swerve' is not brake  (s.yaml, line 2)",
+            "events.0.type: 'swerve' is not one of brake, sine, trace  (s.yaml, line 2)",
+        ),
+        (
+            "events: [{type: , vehicle: 1, at_s: soon}]",
+            "events.0.type: null is not one of brake, sine, trace  (s.yaml, line 1)",
+        ),
+        (
+            "events: [{type: [brake]}]",
+            "events.0.type: a list is not one of brake, sine, trace  (s.yaml, line 1)",
+        ),
+        (
+            "events: [brake]",
+            "events.0: 'brake' is not a mapping; its type: one of brake, sine, trace"
+            "  (s.yaml, line 1)",
         ),
         (
             f"on_collision: {'x' * 100}",
@@ -492,9 +505,8 @@ sensors:
 
 
 def test_a_refused_value_does_not_hide_what_disagrees_beside_it(refusal: Refusal) -> None:
-    text = "events: [{vehicle: 45, at_s: soon, duration_s: 3, deceleration_mps2: 3, type: b}]"
+    text = "events: [{vehicle: 45, at_s: soon, duration_s: 3, deceleration_mps2: 3}]"
     assert refusal(text).splitlines() == [
-        "events.0.type: 'b' is not brake  (s.yaml, line 1)",
         "events.0.at_s: 'soon' is not a number  (s.yaml, line 1)",
         "events.0.vehicle: 45 is not in [1, 40], the vehicles of fleet.size (40)  (s.yaml, line 1)",
     ]

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Brake, Scenario, Sine, Trace
 
 
 class Chronicle:
-    """Brakes and model switches as scheduled, collisions and fallbacks as they happen."""
+    """Brakes, traces and model switches as scheduled, collisions and fallbacks as they happen."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scheduled = sorted(_scheduled(scenario), key=lambda event: event.time_ns)
@@ -58,12 +58,30 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
         )
         for switch in scenario.control.schedule
     ]
-    for brake in scenario.events:
-        start_ns = round(brake.at_s * 1e9)
-        end_ns = round((brake.at_s + brake.duration_s) * 1e9)
+    for brake in scenario.brakes:
         text = f"{brake.deceleration_mps2:g} m/s²"
-        events += [
-            pb.Event(time_ns=start_ns, kind=pb.EVENT_BRAKE, vehicle=brake.vehicle, text=text),
-            pb.Event(time_ns=end_ns, kind=pb.EVENT_BRAKE_END, vehicle=brake.vehicle),
-        ]
+        events += _spell(brake, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
+    for profile in scenario.profiles:
+        events += _spell(profile, pb.EVENT_TRACE, pb.EVENT_TRACE_END, _in_words(profile))
     return events
+
+
+def _spell(
+    event: Brake | Sine | Trace,
+    begins: pb.EventKind.ValueType,
+    ends: pb.EventKind.ValueType,
+    text: str,
+) -> tuple[pb.Event, pb.Event]:
+    return (
+        pb.Event(time_ns=event.start_ns, kind=begins, vehicle=event.vehicle, text=text),
+        pb.Event(time_ns=event.end_ns, kind=ends, vehicle=event.vehicle),
+    )
+
+
+def _in_words(profile: Sine | Trace) -> str:
+    if isinstance(profile, Trace):
+        return f"trace of {len(profile.points)} points"
+    swing = f"sine, {profile.mean_mps:g} ± {profile.amplitude_mps:g} m/s"
+    if profile.to_frequency_hz is None:
+        return f"{swing}, {profile.frequency_hz:g} Hz"
+    return f"{swing}, {profile.frequency_hz:g} to {profile.to_frequency_hz:g} Hz"

@@ -2,47 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.scenarios import Brake
+from zenvoy.scenarios import Brake, Scenario, Sine, Trace
+from zenvoy.world.profiles import Following, SineProfile, TraceProfile
 
 Floats = NDArray[np.float64]
 
 
-class Braking(NamedTuple):
-    """A vehicle (index) brakes at `deceleration` (m/s²) in [from_ns, until_ns)."""
+class Override(Protocol):
+    """Rules the acceleration of a vehicle (index) while it is in force."""
+
+    @property
+    def vehicle(self) -> int: ...
+
+    def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
+        """Instants between the two at which the acceleration changes."""
+        ...
+
+    def acceleration(self, time_ns: int, speed: float) -> float | None:
+        """What acts from `time_ns` on (m/s²) at that speed (m/s); None while not in force."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Braking:
+    """A vehicle (index) brakes at `deceleration` (m/s²) in [start_ns, end_ns)."""
 
     vehicle: int
-    from_ns: int
-    until_ns: int
+    start_ns: int
+    end_ns: int
     deceleration: float
 
+    def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
+        """Its start and its end, where they lie between the two."""
+        return (t for t in (self.start_ns, self.end_ns) if after_ns < t < before_ns)
 
-class Brakes:
-    """All brake events of a scenario."""
+    def acceleration(self, time_ns: int, speed: float) -> float | None:
+        """The deceleration (m/s²), while it brakes."""
+        return -self.deceleration if self.start_ns <= time_ns < self.end_ns else None
 
-    def __init__(self, events: Sequence[Brake]) -> None:
-        self.all = [
-            Braking(
-                event.vehicle - 1,
-                round(event.at_s * 1e9),
-                round((event.at_s + event.duration_s) * 1e9),
-                event.deceleration_mps2,
-            )
-            for event in events
+
+class Overrides:
+    """All events of a scenario. Brakes come before speeds to follow, the hardest brake first."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        brakes = sorted(scenario.brakes, key=lambda brake: brake.deceleration_mps2)
+        # The later in the list, the stronger.
+        self._all: list[Override] = [
+            *(_following(event, scenario.period_ns) for event in scenario.profiles),
+            *(_braking(brake) for brake in brakes),
         ]
-        self.instants = sorted({t for b in self.all for t in (b.from_ns, b.until_ns)})
 
-    def override(self, time_ns: int, a: Floats) -> Floats:
-        """Accelerations (n,) with those of braking vehicles replaced; the hardest one counts."""
-        active = [b for b in self.all if b.from_ns <= time_ns < b.until_ns]
-        if not active:
+    def changes(self, after_ns: int, before_ns: int) -> set[int]:
+        """Instants between the two at which an acceleration changes."""
+        return {t for override in self._all for t in override.changes(after_ns, before_ns)}
+
+    def applied(self, time_ns: int, a: Floats, speed: Floats) -> Floats:
+        """Accelerations (n,) from `time_ns` on: `a` where nothing overrides it, at `speed` (n,)."""
+        ruled = {
+            override.vehicle: value
+            for override in self._all
+            if (value := override.acceleration(time_ns, float(speed[override.vehicle]))) is not None
+        }
+        if not ruled:
             return a
         a = a.copy()
-        for brake in sorted(active, key=lambda b: b.deceleration):
-            a[brake.vehicle] = -brake.deceleration
+        a[list(ruled)] = list(ruled.values())
         return a
+
+
+def _braking(brake: Brake) -> Braking:
+    return Braking(brake.vehicle - 1, brake.start_ns, brake.end_ns, brake.deceleration_mps2)
+
+
+def _following(event: Sine | Trace, period_ns: int) -> Following:
+    if isinstance(event, Sine):
+        return Following(event.vehicle - 1, SineProfile(event, period_ns))
+    return Following(event.vehicle - 1, TraceProfile(event))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
 from zenvoy.world.dynamics import acting, advance
-from zenvoy.world.events import Brakes
+from zenvoy.world.events import Overrides
 from zenvoy.world.road import Road
 
 Floats = NDArray[np.float64]
@@ -33,14 +33,15 @@ class Fleet:
         self.touching: frozenset[int] = frozenset()
         self._length_m = fleet.length_m
         self._limit = scenario.control.acceleration_limit_mps2
-        self._brakes = Brakes(scenario.events)
+        self._overrides = Overrides(scenario)
         self._commanded: Floats = np.zeros(fleet.size)
         self._coming: dict[int, list[tuple[int, float]]] = {}
 
     @property
     def acceleration(self) -> Floats:
         """What acts from `time_ns` on, m/s²."""
-        return acting(self.speed, self._brakes.override(self.time_ns, self._commanded))
+        a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        return acting(self.speed, a)
 
     def command(self, commands: Sequence[pb.Command]) -> None:
         """Take in commands, to be applied when they take effect (at once, if that has passed)."""
@@ -69,7 +70,7 @@ class Fleet:
     def _changes(self, time_ns: int) -> list[int]:
         """Instants up to `time_ns` at which an acceleration changes, and `time_ns`."""
         self._apply()
-        changes = {t for t in self._brakes.instants if self.time_ns < t < time_ns}
+        changes = self._overrides.changes(self.time_ns, time_ns)
         changes.update(t for t in self._coming if t < time_ns)
         return [*sorted(changes), time_ns]
 

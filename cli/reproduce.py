@@ -1,0 +1,130 @@
+"""`zenvoy reproduce`: runs the paper's evaluation, and writes tables, figures and claims."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from zenvoy.analysis.digest import Digest
+from zenvoy.analysis.drawing import drawn
+from zenvoy.analysis.evidence import MODELS, Evidence
+from zenvoy.analysis.files import csv_bytes, write_whole
+from zenvoy.analysis.reproduction import (
+    GAINS,
+    claims_page,
+    gain_label,
+    markdown,
+    pictures,
+    sheets,
+)
+from zenvoy.cli.study import Cell, Study
+
+_CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
+_OPEN_SEEDS: Final = 5  # the open road is told beside the ring, with fewer seeds
+_CONTROLLED: Final = {"FM": "03", "BCM": "07", "MBCM": "11", "PBCM": "15"}  # 10 %, 0.1 s
+_OLD: Final = ("control.neighbour_state=position", "control.v2v_wait_ms=0")
+_EQUAL_GAINS: Final = ("control.gains.k_c=0.1", "control.gains.k_d=0.1")
+
+
+def plan(seeds: int, duration_s: float | None) -> dict[str, list[Cell]]:
+    """What is run, by what it is called in the results."""
+    cells = {number: _cells(number, seeds, (), duration_s) for number in _CASES}
+    few = min(seeds, _OPEN_SEEDS)
+    for number in _CASES:
+        cells[f"open/{number}"] = _cells(number, few, ("road.type=open",), duration_s)
+    cells |= dict(_old_positions(few, duration_s))
+    cells["sign/BCM"] = _cells("07", few, ("control.gains.k_c=-0.05",), duration_s)
+    short_s = 120.0 if duration_s is None else duration_s
+    for gains in GAINS:
+        settings = tuple(
+            f"control.gains.{name}={value:g}"
+            for name, value in zip(("k_d", "k_v", "k_c"), gains, strict=True)
+        )
+        for model in MODELS:
+            label = gain_label(gains, model)
+            cells[label] = _cells(_CONTROLLED[model], 1, settings, short_s)
+    return cells
+
+
+def _cells(
+    number: str, seeds: int, settings: tuple[str, ...], duration_s: float | None
+) -> list[Cell]:
+    return [
+        Cell(scenario=f"paper/case-{number}", seed=seed, settings=settings, duration_s=duration_s)
+        for seed in range(1, seeds + 1)
+    ]
+
+
+def _old_positions(seeds: int, duration_s: float | None) -> Iterator[tuple[str, list[Cell]]]:
+    """Positions that are one period old: 0.1 s, and a third of a second."""
+    span_s = 200.0 if duration_s is None else duration_s
+    ages = {"0.1 s": (), "1/3 s": ("period_ms=333.333333",)}
+    for model in ("BCM", "MBCM"):
+        for age, period in ages.items():
+            settings = (*_OLD, *_EQUAL_GAINS, *period)
+            label = f"stale/{model}, positions {age} old, k_c = k_d"
+            yield label, _cells(_CONTROLLED[model], seeds, settings, span_s)
+
+
+def reproduce(
+    seeds: int,
+    jobs: int,
+    bus: str,
+    out: Path,
+    runs: Path,
+    duration_s: float | None,
+    console: Console,
+) -> None:
+    """Run what is not there yet, then write everything to `out`.
+
+    Raises StudyError, ScenarioError or OSError; what was run by then is kept in `runs`.
+    """
+    cells = plan(seeds, duration_s)
+    study = Study(
+        folder=runs,
+        bus=bus,
+        jobs=jobs,
+        tell=lambda text: console.print(text, highlight=False, soft_wrap=True),
+    )
+    # Seed by seed, so that a study that is stopped has whole rounds of cases.
+    wanted = sorted((cell for of_label in cells.values() for cell in of_label), key=_by_seed)
+    digests = study.run(list(dict.fromkeys(wanted)))
+    evidence = Evidence(
+        runs={label: tuple(digests[cell] for cell in of_label) for label, of_label in cells.items()}
+    )
+    out.mkdir(parents=True, exist_ok=True)
+    command = f"zenvoy reproduce --seeds {seeds} --bus {bus}"
+    if duration_s is not None:
+        command += f" --duration-s {duration_s:g}"
+    for path in write_whole(out, _files(evidence, command, digests)):
+        console.print(str(path), highlight=False, soft_wrap=True)
+
+
+def _by_seed(cell: Cell) -> tuple[int, bool]:
+    return cell.seed, bool(cell.settings)
+
+
+def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dict[str, bytes]:
+    found = sheets(evidence)
+    drawings = {picture: drawn(picture) for picture in pictures(evidence)}
+    files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in found}
+    for picture, drawing in drawings.items():
+        files[f"{picture.name}.png"] = drawing.png
+        files[f"{picture.name}.svg"] = drawing.svg
+    how = [
+        f"Written by `{command}` of Zenvoy {version('zenvoy')}: {len(digests)} runs. Figures are"
+        " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t); the"
+        " fingerprint of every run stands in `fingerprints.csv`.",
+    ]
+    readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
+    readme += ["`claims.md` puts each claim beside what was measured.", ""]
+    for picture in drawings:
+        readme += [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
+    readme += [markdown(sheet) for sheet in found if sheet.name != "fingerprints"]
+    files["README.md"] = "\n".join(readme).encode()
+    files["claims.md"] = claims_page(evidence, how).encode()
+    return files

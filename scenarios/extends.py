@@ -1,0 +1,112 @@
+"""A scenario that says only what differs from another: the chain of files, and their merger."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+from zenvoy.scenarios.errors import InvalidScenarioError, Place, Problem, UnreadableScenarioError
+from zenvoy.scenarios.origin import Origin
+from zenvoy.scenarios.source import parse
+from zenvoy.scenarios.tree import Node, Unreadable
+from zenvoy.scenarios.wording import one_line, shown
+
+KEY = "extends"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chain:
+    """A scenario and all that it extends, merged.
+
+    text is the scenario's own; problems is what could not be read, in any of the files; origins
+    has the files by what places call them.
+    """
+
+    text: str
+    root: Node
+    problems: list[Problem]
+    origins: dict[str, Origin]
+
+
+def chain(origin: Origin) -> Chain:
+    """Read the scenario of `origin` and what it extends, each file's values over its base's.
+
+    Mappings are merged key by key; lists and single values replace. Raises UnknownScenarioError,
+    UnreadableScenarioError or InvalidScenarioError where there is no chain to the end.
+    """
+    origins: list[Origin] = []
+    texts: list[str] = []
+    roots: list[Node] = []
+    problems: list[Problem] = []
+    current: Origin | None = origin
+    while current is not None:
+        texts.append(_text(current, -len(origins)))
+        root, found = _tree(texts[-1], partial(_place, current.source, -len(origins)))
+        problems += found
+        origins.append(current)
+        root, current = _without_base(root, origins, problems)
+        roots.append(root)
+    merged = roots.pop()
+    while roots:
+        merged = _merged(merged, roots.pop())
+    by_source = {origin.source: origin for origin in origins}
+    return Chain(text=texts[0], root=merged, problems=problems, origins=by_source)
+
+
+def _without_base(
+    root: Node, origins: list[Origin], problems: list[Problem]
+) -> tuple[Node, Origin | None]:
+    """`root`, the tree of the last of `origins`, without its `extends`; and what that names."""
+    assert isinstance(root.value, dict)
+    said = root.value.get(KEY)
+    if said is None:
+        return root, None
+    name = said.value
+    if name is Unreadable.UNREADABLE:  # which is among the problems
+        raise InvalidScenarioError(problems)
+    if not isinstance(name, str) or not name:
+        text = f"{shown(said.plain())} is not the name of a scenario: a file or a built-in one"
+        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=said.place)])
+    base = origins[-1].base(name, said.place)
+    if base.identity in (identities := [origin.identity for origin in origins]):
+        ring = origins[identities.index(base.identity) :]
+        way = " → ".join(one_line(origin.source) for origin in (*ring, base))
+        text = f"{shown(name)} closes a circle: {way}; allowed: a scenario that is not in it"
+        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=said.place)])
+    entries = {key: child for key, child in root.value.items() if key != KEY}
+    return replace(root, value=entries), base
+
+
+def _merged(base: Node, over: Node) -> Node:
+    if not isinstance(base.value, dict) or not isinstance(over.value, dict):
+        return over
+    entries = {
+        key: _merged(base.value[key], child) if key in base.value else child
+        for key, child in over.value.items()
+    }
+    return replace(over, value={**base.value, **entries})
+
+
+def _place(source: str, rank: int, line: int | None) -> Place:
+    return Place(source=source, line=line, rank=rank)
+
+
+def _text(origin: Origin, rank: int) -> str:
+    try:
+        return origin.text(rank)
+    except OSError as error:
+        place = Place(source=origin.source, rank=rank)
+        problem = Problem(key="", text=f"cannot be read: {error.strerror}", place=place)
+        raise UnreadableScenarioError([problem]) from error
+
+
+def _tree(text: str, place_at: Callable[[int | None], Place]) -> tuple[Node, list[Problem]]:
+    root, problems = parse(text, place_at)
+    if root is not None and isinstance(root.value, dict):
+        return root, problems
+    if root is None:
+        what = "empty; allowed: a mapping ({} for the defaults alone)"
+    else:
+        what = f"{shown(root.plain())} is not a mapping, as the top level has to be"
+    raise InvalidScenarioError([*problems, Problem(key="", text=what, place=place_at(None))])

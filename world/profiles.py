@@ -1,0 +1,91 @@
+"""Speeds that the scenario gives to a vehicle, as points with straight lines between them."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from zenvoy.scenarios import Sine, Trace
+
+_NS = 1e-9
+
+
+class Profile(Protocol):
+    """A speed over time, from `start_ns` (included) to `end_ns` (excluded)."""
+
+    @property
+    def start_ns(self) -> int: ...
+
+    @property
+    def end_ns(self) -> int: ...
+
+    def next_point(self, time_ns: int) -> tuple[int, float]:
+        """The first point after `time_ns`, which lies within: its instant (ns), its speed (m/s)."""
+        ...
+
+
+class SineProfile:
+    """A sine, or a linear chirp, with a point at every start of a cycle."""
+
+    def __init__(self, sine: Sine, period_ns: int) -> None:
+        self.start_ns, self.end_ns = sine.start_ns, sine.end_ns
+        self._mean, self._amplitude = sine.mean_mps, sine.amplitude_mps
+        end_hz = sine.frequency_hz if sine.to_frequency_hz is None else sine.to_frequency_hz
+        self._from_hz = sine.frequency_hz
+        self._rise_hz_per_s = (end_hz - sine.frequency_hz) / sine.duration_s
+        self._period_ns = period_ns
+
+    def next_point(self, time_ns: int) -> tuple[int, float]:
+        """mean + amplitude · sin 2π(f t + r t²/2), t from the start, r the rise of f."""
+        at_ns = min((time_ns // self._period_ns + 1) * self._period_ns, self.end_ns)
+        t = (at_ns - self.start_ns) * _NS
+        turns = self._from_hz * t + 0.5 * self._rise_hz_per_s * t * t
+        return at_ns, self._mean + self._amplitude * math.sin(2.0 * math.pi * turns)
+
+
+class TraceProfile:
+    """The points of a trace."""
+
+    def __init__(self, trace: Trace) -> None:
+        self._times_ns = trace.times_ns
+        self._speeds = [speed for _, speed in trace.points]
+        self.start_ns, self.end_ns = self._times_ns[0], self._times_ns[-1]
+
+    def next_point(self, time_ns: int) -> tuple[int, float]:
+        """The first of the points after `time_ns`."""
+        index = bisect_right(self._times_ns, time_ns)
+        return self._times_ns[index], self._speeds[index]
+
+
+@dataclass(frozen=True, slots=True)
+class Following:
+    """A vehicle (index) whose speed follows a profile.
+
+    It heads for the next point from the speed it has, so what rounding, a brake or a collision
+    does to its speed is made good by the next point, and what it has at the start by the second.
+    """
+
+    vehicle: int
+    profile: Profile
+
+    def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
+        """Instants between the two at which the acceleration changes."""
+        start_ns, end_ns = self.profile.start_ns, self.profile.end_ns
+        time_ns = after_ns
+        if time_ns < start_ns < before_ns:
+            yield start_ns
+        time_ns = max(time_ns, start_ns)
+        while time_ns < min(before_ns, end_ns):
+            time_ns, _ = self.profile.next_point(time_ns)
+            if time_ns < before_ns:
+                yield time_ns
+
+    def acceleration(self, time_ns: int, speed: float) -> float | None:
+        """What acts from `time_ns` on (m/s²) at that speed (m/s); None out of the profile."""
+        if not self.profile.start_ns <= time_ns < self.profile.end_ns:
+            return None
+        at_ns, target = self.profile.next_point(time_ns)
+        return (target - speed) / ((at_ns - time_ns) * _NS)
