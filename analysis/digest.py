@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
+import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -66,9 +68,12 @@ class Digest:
     @classmethod
     def read(cls, path: Path) -> Digest:
         """The digest saved at `path`; raises OSError, ValueError or KeyError for anything else."""
-        with np.load(path) as stored:
-            arrays = {name: stored[name] for name in _ARRAYS}
-            return cls(facts=json.loads(str(stored["facts"])), **arrays)
+        try:
+            with path.open("rb") as file, np.load(file) as stored:
+                arrays = {name: stored[name] for name in _ARRAYS}
+                return cls(facts=json.loads(str(stored["facts"])), **arrays)
+        except (zipfile.BadZipFile, zlib.error, EOFError) as error:
+            raise ValueError(f"{path}: damaged: {error}") from error
 
 
 def digest(run: Run) -> Digest:

@@ -76,6 +76,12 @@ def at(run: Digest, name: str, time_s: float) -> float:
     return float(getattr(run, name)[row]) if row < len(run.time_s) else float("nan")
 
 
+def agreed(run: Digest, what: str, name: str, span: str = "whole") -> float:
+    """How well `what` ("measured_speed") agrees with the truth, NaN where there was none."""
+    fit = run.facts["fit"][span][what]
+    return float("nan") if fit is None else float(fit[name])
+
+
 def recovery_s(run: Digest, brake_s: float = 10.0, span_s: float = 5.0) -> float:
     """How long after the braking MinDistance is back, for good, where it was before; s.
 

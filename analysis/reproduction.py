@@ -8,10 +8,12 @@ from itertools import product
 from typing import Final
 
 from zenvoy.analysis import reproduction_figures as figures
-from zenvoy.analysis.claims import TABLE_6, Answer, Claim, answers
+from zenvoy.analysis.claim import Answer, Claim
+from zenvoy.analysis.claims import answers
+from zenvoy.analysis.claims_of_estimates import TABLE_6
 from zenvoy.analysis.digest import Digest
 from zenvoy.analysis.digits import columns
-from zenvoy.analysis.evidence import MODELS, PAIRS, Evidence, at, case, lowest, settled
+from zenvoy.analysis.evidence import MODELS, PAIRS, Evidence, agreed, at, case, lowest, settled
 from zenvoy.analysis.section import Cell, Picture, Sheet
 
 GAINS: Final = tuple(product((0.05, 0.1, 0.2), (0.25, 0.5, 1.0), (0.02, 0.05, 0.1)))
@@ -27,6 +29,14 @@ _MERITS: Final[dict[str, Callable[[Digest], float]]] = {
     "mean speed at the end, m/s": lambda run: settled(run, "mean_speed", 400.0, 500.0),
     "collisions": lambda run: run.facts["collisions"],
 }
+
+
+_AGREEMENTS: Final = (
+    ("whole", "rmse"),
+    ("whole", "r2"),
+    ("disturbed", "r2"),
+    ("disturbed", "r2_correlation"),
+)
 
 
 def gain_label(gains: tuple[float, float, float], model: str) -> str:
@@ -52,16 +62,8 @@ def _table_6(evidence: Evidence) -> Sheet:
             ("estimated", (rmse_estimated, r2_estimated)),
         ):
             ours = [
-                evidence.over(
-                    label,
-                    lambda run, n=name, w=what, s=span: run.facts["fit"][s][f"{w}_speed"][n],  # type: ignore[misc]
-                )
-                for span, name in (
-                    ("whole", "rmse"),
-                    ("whole", "r2"),
-                    ("disturbed", "r2"),
-                    ("disturbed", "r2_correlation"),
-                )
+                evidence.over(label, partial(agreed, what=f"{what}_speed", name=name, span=span))
+                for span, name in _AGREEMENTS
             ]
             rows.append((f"case {int(label)}", what, *of_paper, *(mean.text(3) for mean in ours)))
     return Sheet(

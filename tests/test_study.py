@@ -1,0 +1,137 @@
+"""Studies: what is run, what is kept, and that nothing is run twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import run, zenvoy
+from zenvoy.analysis import load
+from zenvoy.analysis.digest import Digest, digest
+from zenvoy.cli.reproduce import plan
+from zenvoy.cli.study import Cell, Study, grid
+from zenvoy.scenarios import ScenarioError
+
+SMALL = ("fleet.size=8", "events.0.at_s=0.5")
+BCM = Cell(scenario="paper/case-07", seed=2, settings=SMALL, duration_s=2.0)
+PBCM = Cell(scenario="paper/case-15", seed=2, settings=SMALL, duration_s=2.0)
+
+
+def test_a_key_is_that_of_what_is_run() -> None:
+    same = Cell(
+        scenario="paper/case-15",
+        seed=2,
+        settings=(*SMALL, "control.schedule.0.model=BCM"),
+        duration_s=2.0,
+    )
+    assert BCM.key() == same.key() != PBCM.key()
+    others = [
+        Cell(scenario="paper/case-07", seed=3, settings=SMALL, duration_s=2.0),
+        Cell(scenario="paper/case-07", seed=2, settings=SMALL, duration_s=3.0),
+        Cell(scenario="paper/case-07", seed=2, settings=SMALL[:1], duration_s=2.0),
+    ]
+    assert len({cell.key() for cell in [BCM, *others]}) == 4
+
+
+@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
+def test_digests_are_those_of_the_logs(tmp_path: Path, bus: str) -> None:
+    told: list[str] = []
+    study = Study(folder=tmp_path / "runs", bus=bus, jobs=2, tell=told.append)
+    found = study.run([BCM, PBCM])
+    assert told[0] == "2 runs, 0 of them there already"
+    for cell in (BCM, PBCM):
+        text = f"extends: {cell.scenario}\nduration_s: 2\nseed: 2\nfleet: {{size: 8}}\nevents:\n"
+        text += "  - {vehicle: 5, at_s: 0.5, duration_s: 2, deceleration_mps2: 3}\n"
+        folder = tmp_path / cell.scenario[-7:]
+        log = run(folder, text, "--bus", "in-process")
+        assert found[cell].facts["fingerprint"] == log.result["fingerprint"]
+        expected = digest(load(folder / "out" / "run.mcap"))
+        assert np.array_equal(found[cell].min_distance, expected.min_distance)
+        assert np.array_equal(found[cell].link, expected.link, equal_nan=True)
+        assert found[cell].facts["fit"] == expected.facts["fit"]
+    kept = [file for file in (tmp_path / "runs").rglob("*") if file.is_file()]
+    assert {file.name for file in kept} == {"digest.npz"}  # and no log
+
+
+def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
+    first = Study(folder=tmp_path, jobs=2).run([BCM])
+    made_ns = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("digest.npz")}
+    half = tmp_path / PBCM.key()
+    half.mkdir()
+    (half / "run.mcap").write_bytes(b"half a log of a run that was stopped")
+    told: list[str] = []
+    again = Study(folder=tmp_path, jobs=2, tell=told.append).run([BCM, PBCM])
+    assert told == ["2 runs, 1 of them there already", f"1 of 1: {_named(PBCM)}"]
+    assert again[BCM].facts == first[BCM].facts
+    for file, at_ns in made_ns.items():
+        assert file.stat().st_mtime_ns == at_ns
+    assert [file.name for file in half.iterdir()] == ["digest.npz"]
+
+
+def test_a_broken_digest_is_made_anew(tmp_path: Path) -> None:
+    whole = Study(folder=tmp_path, jobs=1).run([BCM])[BCM]
+    (file,) = tmp_path.rglob("digest.npz")
+    file.write_bytes(file.read_bytes()[:1_000])
+    assert (
+        Study(folder=tmp_path, jobs=1).run([BCM])[BCM].facts["fingerprint"]
+        == (whole.facts["fingerprint"])
+    )
+    assert Digest.read(file).facts["seed"] == 2
+
+
+def test_a_cell_that_cannot_be_run_is_told_before_any_is(tmp_path: Path) -> None:
+    wrong = Cell(scenario="paper/case-15", seed=1, settings=("fleet.size=1",))
+    with pytest.raises(ScenarioError, match=r"fleet\.size: 1 is not in"):
+        Study(folder=tmp_path, jobs=1).run([BCM, wrong])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_grid_goes_seed_by_seed() -> None:
+    cells = grid(["a", "b"], [1, 2], ("x=1",))
+    assert [(cell.scenario, cell.seed) for cell in cells] == [
+        ("a", 1),
+        ("b", 1),
+        ("a", 2),
+        ("b", 2),
+    ]
+
+
+def test_the_plan_holds_all_cases_on_both_roads() -> None:
+    cells = plan(30, None)
+    for number in range(1, 17):
+        label = f"{number:02}"
+        assert [cell.seed for cell in cells[label]] == list(range(1, 31))
+        assert {cell.scenario for cell in cells[label]} == {f"paper/case-{label}"}
+        assert len(cells[f"open/{label}"]) == 5
+        assert cells[f"open/{label}"][0].load().scenario.road.type == "open"
+    assert len([label for label in cells if label.startswith("gains/")]) == 27 * 4
+    for of_label in cells.values():
+        of_label[0].load()
+
+
+def test_reproduce_leaves_tables_figures_and_claims(tmp_path: Path) -> None:
+    """The whole of it with runs of a second: nothing is claimed of what they do not reach."""
+    arguments = ["reproduce", "--seeds", "2", "--duration-s", "1", "--out", "r", "--runs", "runs"]
+    outcome = zenvoy(tmp_path, *arguments)
+    assert (outcome.code, outcome.err) == (0, ""), outcome
+    out = tmp_path / "r"
+    names = {file.name for file in out.iterdir()}
+    pictures = {"error-reduction", "velocity-snapshots", "heat-maps", "min-distance", "gains"}
+    assert {f"{name}.{form}" for name in pictures for form in ("png", "svg")} <= names
+    assert {"README.md", "claims.md", "table-6.csv", "cases.csv", "cases-open.csv"} <= names
+    rows = (out / "fingerprints.csv").read_text().splitlines()
+    assert rows[0] == "run,seed,cycles,fingerprint"
+    assert len(rows) == 1 + 16 * 2 + 16 * 2 + 4 * 2 + 2 + 27 * 4
+    claims = (out / "claims.md").read_text()
+    assert "zenvoy reproduce --seeds 2 --bus in-process --duration-s 1" in claims
+    assert claims.count("**not tested**") >= 15
+    before = {file.name: file.read_bytes() for file in out.iterdir()}
+    again = zenvoy(tmp_path, *arguments)
+    assert "runs, 182 of them there already" in again.out
+    assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+
+
+def _named(cell: Cell) -> str:
+    return " ".join((cell.scenario, f"seed {cell.seed}", *cell.settings))
