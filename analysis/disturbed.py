@@ -12,7 +12,7 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.run_theory import NoTheoryError, Theory, theory_of
 from zenvoy.analysis.spans import Disturbance, disturbances
 from zenvoy.analysis.stability import Arrivals, Norms, arrivals, norms
-from zenvoy.analysis.theory_chain import follow
+from zenvoy.analysis.theory_chain import follow, is_stable
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
@@ -109,12 +109,14 @@ def disturbed(run: Run) -> Disturbed | str:
     theory, told = _theory(run, run.time_s[low], run.time_s[high - 1])
     behind, ahead = _orders(run, source, theory)
     predicted = None
-    if theory is not None and run.vehicles <= _MOST:
+    if theory is not None and run.vehicles > _MOST:
+        told.append(f"More than {_MOST} vehicles: no theory of each of them.")
+    elif theory is not None and not is_stable(theory.members):
+        told.append("By theory vehicles swing by themselves: no response to a disturbance.")
+    elif theory is not None:
         period_s = float(run.time_s[low + 1] - run.time_s[low])
         ring = run.scenario.road.type == "ring"
         predicted = follow(deviation[:, source], period_s, theory.members, source, ring=ring)
-    elif theory is not None:
-        told.append(f"More than {_MOST} vehicles: no theory of each of them.")
     return Disturbed(
         disturbance=first,
         time_s=run.time_s[low:high],

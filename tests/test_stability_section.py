@@ -185,6 +185,12 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
     assert any("100 ms old on average" in note for note in late.notes)
 
 
+def test_vehicles_that_swing_by_themselves(tmp_path: Path) -> None:
+    control = "control: {model: BCM, gains: {k_d: 0.1, k_v: 3, k_c: 0.05}}\n"
+    section = told(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
+    assert any("swing by themselves" in note for note in section.notes)
+
+
 def test_more_vehicles_than_matrices_are_solved_for(tmp_path: Path) -> None:
     scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
     section = told(tmp_path, QUIET + scenario + BRAKE)
