@@ -10,14 +10,16 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
 from zenvoy.analysis.stability_section import stability_section
+from zenvoy.analysis.v2v import v2v_section
 
 CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
     motion_section,
     stability_section,
     estimation_section,
+    v2v_section,
 )
 
 
 def chapters(run: Run) -> tuple[Section, ...]:
-    """Every chapter of a run that has motion to show."""
+    """Every chapter of a run that has motion to show; raises LogError."""
     return tuple(chapter(run) for chapter in CHAPTERS)

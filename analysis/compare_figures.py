@@ -15,6 +15,7 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.analysis.section import Picture
+from zenvoy.analysis.spans import disturbances
 from zenvoy.scenarios import roster
 
 _AFTER_S: Final = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
@@ -46,8 +47,8 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
         ),
         Picture(
             name="compare-snapshots",
-            caption="Speed along the string at instants counted from the first braking, or from "
-            "the start where nobody brakes. A level line is a string without a wave.",
+            caption="Speed along the string at instants counted from the first disturbance, or "
+            "from the start where there is none. A level line is a string without a wave.",
             draw=partial(_snapshots, runs),
         ),
     ]
@@ -144,11 +145,11 @@ def _distances(runs: Sequence[Labelled]) -> Figure:
 def instants_s(runs: Sequence[Labelled]) -> list[float]:
     """When snapshots are taken: up to six instants that all runs have, farther and farther apart.
 
-    They count from the first braking of any run.
+    They count from the first disturbance of any run.
     """
     last_s = min(float(run.time_s[-1]) for _, run in runs)
-    brakes_s = [event.at_s for _, run in runs for event in run.scenario.brakes]
-    start_s = min([*(at_s for at_s in brakes_s if at_s < last_s), last_s])
+    disturbed_s = [what.start_s for _, run in runs for what in disturbances(run.events)]
+    start_s = min([*(at_s for at_s in disturbed_s if at_s < last_s), last_s])
     start_s = 0.0 if start_s == last_s else start_s
     return [start_s + after_s for after_s in _AFTER_S if start_s + after_s <= last_s][-_SNAPSHOTS:]
 

@@ -13,6 +13,7 @@ _SIGNIFICANT: Final = 4  # digits of the largest number of a column
 _SMALLEST: Final = 2  # digits of its smallest, where one decimal more is enough for them
 _SPREAD: Final = 1e4  # columns that span more are not of one scale
 _MOST_DECIMALS: Final = 6
+_BESIDE: Final = 6  # more columns than these, of one row alone, are shown below each other
 _FIXED: Final = (1e-4, 1e7)  # magnitudes that are written without an exponent
 
 
@@ -33,8 +34,12 @@ def columns(sheet: Sheet, most_rows: int) -> list[Column]:
     """The first rows of a sheet, column by column.
 
     In a sheet with a column "unit" each row is of a quantity of its own: its numbers are alike.
+    A single row of many columns is turned: a row for each of them.
     """
     rows = sheet.rows[:most_rows]
+    if len(rows) == 1 and len(sheet.columns) > _BESIDE:
+        values = list(map(text, rows[0]))
+        return [Column("figure", False, list(sheet.columns)), Column("value", True, values)]
     cells = [[row[index] for row in rows] for index in range(len(sheet.columns))]
     if "unit" in sheet.columns:
         by_row = [_row_texts(row) for row in rows]

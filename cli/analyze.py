@@ -34,14 +34,13 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
     try:
         run = _with_motion(log)
         folder = _folder(log.parent / f"{log.stem}-analysis" if out is None else out)
-        summary = summary_of(run)
+        summary, told = summary_of(run), chapters(run)
     except (LogError, OutError) as error:
         errors.print(str(error))
         return _BAD_INPUT
     for note in run.notes:
         errors.print(f"{log}: {note}")
     print_summary(console, summary)
-    told = chapters(run)
     for section in told:
         print_section(console, section)
     page = report_page(run, (overview_section(run, summary), *told))

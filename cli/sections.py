@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from textwrap import wrap
 from typing import Final
 
 from rich.box import SIMPLE_HEAD
@@ -15,9 +16,9 @@ from zenvoy.analysis.digits import Column, columns
 from zenvoy.analysis.section import Section, Sheet
 
 MOST_ROWS: Final = 50  # of a table on the terminal; its CSV has them all
-_PADDING: Final = 2  # columns of the terminal between two of a table
-_TITLE: Final = 12  # a title is not folded to less than this
-_TEXT: Final = 24  # nor a text
+_BETWEEN: Final = 3  # columns of the terminal between two of a table
+_TITLES: Final = (40, 12, 9)  # to which titles are folded: the first at which a table fits
+_TEXT: Final = 24  # texts are not folded to less
 
 
 def print_section(console: Console, section: Section) -> None:
@@ -30,11 +31,13 @@ def print_section(console: Console, section: Section) -> None:
 
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:
+    shown = columns(sheet, MOST_ROWS)
+    title = next((t for t in _TITLES if _widths(shown, t) <= console.width), _TITLES[-1])
     console.print(Text(f"\n{sheet.title}", style="italic"))
-    for number, block in enumerate(_blocks(columns(sheet, MOST_ROWS), console.width)):
+    for number, block in enumerate(_blocks(shown, title, console.width)):
         if number:
             console.print()
-        console.print(_table(block))
+        console.print(_table(block, title))
     if len(sheet.rows) > MOST_ROWS:
         text = f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has them all."
         console.print(Text(text, style="dim"))
@@ -42,32 +45,37 @@ def _print_sheet(console: Console, sheet: Sheet) -> None:
         console.print(Text(sheet.note, style="dim"))
 
 
-def _blocks(shown: Sequence[Column], width: int) -> Iterator[list[Column]]:
+def _blocks(shown: Sequence[Column], title: int, width: int) -> Iterator[list[Column]]:
     """Columns that fit beside each other, after those that say what the rows are."""
     lead = shown[: 2 if len(shown) > 1 and shown[1].title == "unit" else 1]
     block = list(lead)
     for column in shown[len(lead) :]:
-        if len(block) > len(lead) and sum(map(_width, [*block, column])) > width:
+        if len(block) > len(lead) and _widths([*block, column], title) > width:
             yield block
             block = list(lead)
         block.append(column)
     yield block
 
 
-def _width(column: Column) -> int:
-    """What a column takes at the least: numbers whole, titles and texts folded."""
+def _widths(shown: Sequence[Column], title: int) -> int:
+    return sum(_width(column, title) for column in shown) + _BETWEEN * (len(shown) - 1)
+
+
+def _width(column: Column, title: int) -> int:
+    """What a column takes at the least: numbers and words whole, titles and texts folded."""
     words = max(map(len, column.title.split()), default=0)
-    title = max(words, min(len(column.title), _TITLE))
     cells = column.longest if column.number else min(column.longest, _TEXT)
-    return max(cells, title) + _PADDING
+    return max(cells, words, min(len(column.title), title))
 
 
-def _table(shown: Sequence[Column]) -> Table:
+def _table(shown: Sequence[Column], title: int) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for title, number, _ in shown:
-        table.add_column(
-            Text(title), justify="right" if number else "left", no_wrap=number, overflow="fold"
-        )
-    for row in zip(*(cells for _, _, cells in shown), strict=True):
+    for column in shown:
+        if column.number:  # rich folds titles only where it may fold numbers
+            lines = wrap(column.title, _width(column, title))
+            table.add_column(Text("\n".join(lines)), justify="right", no_wrap=True)
+        else:
+            table.add_column(Text(column.title), overflow="fold")
+    for row in zip(*(column.cells for column in shown), strict=True):
         table.add_row(*map(Text, row))
     return table

@@ -87,3 +87,15 @@ def test_rows_of_one_unit_are_written_alike() -> None:
         Column("gap, m", True, ["36.0", "120.5", "–"]),
         Column("model", False, ["FM", "BCM", "BCM"]),
     ]
+
+
+def test_a_single_row_of_many_columns_is_turned() -> None:
+    titles = ("technology", "sent", "delivered, %", "a, m", "b, m", "c, s", "d, s")
+    rows = (("lte-a-pro", 12_000, 79.9938, None, 30.04, 0.5, 1.0),)
+    sheet = Sheet(name="s", title="S", columns=titles, rows=rows)
+    assert columns(sheet, 9) == [
+        Column("figure", False, list(titles)),
+        Column("value", True, ["lte-a-pro", "12\u00a0000", "79.99", "–", "30.04", "0.5", "1"]),
+    ]
+    few = Sheet(name="s", title="S", columns=titles[:6], rows=(rows[0][:6],))
+    assert [column.title for column in columns(few, 9)] == list(titles[:6])

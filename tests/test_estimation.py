@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from zenvoy.analysis.consistency import (
     normalised_innovation,
     spread,
 )
+from zenvoy.analysis.drawing import drawn
 from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.quantities import first_to_brake, quantities
@@ -313,9 +313,10 @@ def test_pictures_can_be_drawn(section: Section) -> None:
     names = [picture.name for picture in section.pictures]
     assert names == ["estimation_truth", "estimation_error", "estimation_consistency"]
     for picture in section.pictures:
-        drawn = BytesIO()
-        picture.draw().savefig(drawn)
-        assert drawn.getvalue().startswith(b"\x89PNG")
+        files = drawn(picture)
+        assert files.png.startswith(b"\x89PNG")
+        assert b"</svg>" in files.svg
+        assert len(files.svg) < 1_000_000
         assert picture.caption.endswith(".")
 
 
@@ -353,14 +354,14 @@ events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
     section = estimation_section(lead_brakes)
     assert cell(section.sheets[0], "samples", "gap ahead, m", "measured") == 2 * 30
     for picture in section.pictures:
-        picture.draw().savefig(BytesIO())
+        drawn(picture)
 
 
 def test_an_interrupted_run_is_judged_up_to_there(folder: Path) -> None:
     section = estimation_section(load(write_log(folder / "i.mcap", PBCM, until_cycle=50)))
     assert 40 * 6 < cell(section.sheets[0], "samples", "own speed, m/s", "measured") <= 50 * 6
     for picture in section.pictures:
-        picture.draw().savefig(BytesIO())
+        drawn(picture)
 
 
 def test_links_by_position_have_no_innovation(folder: Path) -> None:
@@ -371,7 +372,7 @@ def test_links_by_position_have_no_innovation(folder: Path) -> None:
     assert cell(sheet, "mean NIS", "own speed, m/s") == pytest.approx(1.0, abs=0.15)
     assert any("differences of positions" in note for note in section.notes)
     for picture in section.pictures:
-        picture.draw().savefig(BytesIO())
+        drawn(picture)
 
 
 def test_sensors_without_error_are_told(folder: Path) -> None:
@@ -380,7 +381,7 @@ def test_sensors_without_error_are_told(folder: Path) -> None:
     assert cell(section.sheets[2], "mean NIS", "own speed, m/s") is None
     assert any("without error" in note for note in section.notes)
     for picture in section.pictures:
-        picture.draw().savefig(BytesIO())
+        drawn(picture)
 
 
 @settings(max_examples=20, deadline=None)

@@ -52,6 +52,19 @@ def test_a_table_that_is_too_wide_says_anew_what_its_rows_are() -> None:
     assert sum(line.startswith("smallest gap") for line in lines) == heads
 
 
+def test_titles_are_told_whole() -> None:
+    titles = tuple(f"share of {word} that are late, %" for word in ("beacons", "commands", "all"))
+    rows = tuple((number, 1.5, 2.5, 3.5) for number in range(3))
+    sheet = Sheet(name="s", title="S.", columns=("vehicle", *titles), rows=rows)
+    lines = printed(Section(title="C", sheets=(sheet,)), 60).splitlines()
+    rule = next(number for number, line in enumerate(lines) if line.startswith("──"))
+    head = " ".join(lines[3:rule]).split()
+    for word in ("beacons", "commands", "all"):
+        assert head.count(word) == 1
+    for word in ("share", "of", "that", "are", "late,", "%"):
+        assert head.count(word) == 3
+
+
 def test_a_long_table_says_where_the_rest_is() -> None:
     rows = tuple((number, 0.5) for number in range(1, MOST_ROWS + 11))
     sheet = Sheet(name="long", title="Long.", columns=("vehicle", "x, m"), rows=rows)

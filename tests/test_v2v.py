@@ -18,6 +18,7 @@ from tests.logs import write_log
 from zenvoy.analysis import load
 from zenvoy.analysis.ages import ages
 from zenvoy.analysis.columns import Table
+from zenvoy.analysis.drawing import drawn
 from zenvoy.analysis.links import (
     Delivery,
     by_distance,
@@ -29,8 +30,9 @@ from zenvoy.analysis.links import (
 )
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.section import Section, Sheet
-from zenvoy.analysis.v2v import link_groups, v2v_section
+from zenvoy.analysis.v2v import v2v_section
 from zenvoy.analysis.v2v_figures import draw_bursts
+from zenvoy.analysis.v2v_sheets import link_groups
 from zenvoy.bus import messages_pb2 as pb
 
 LTE = """
@@ -308,8 +310,9 @@ def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
     assert column(told, "of them late") == [int((outcome == LATE).sum())]
     assert column(told, "delivered, %") == [pytest.approx(100.0 * (outcome != LOST).mean())]
     known = latency[latency >= 0] * 1e-6
-    assert column(told, "mean latency, ms") == [pytest.approx(known.mean())]
-    for name, share in (("median latency", 50), ("95th percentile", 95), ("longest latency", 100)):
+    told = sheet(section, "v2v_latency")
+    assert column(told, "mean, ms") == [pytest.approx(known.mean())]
+    for name, share in (("median", 50), ("95th percentile", 95), ("longest", 100)):
         expected = np.percentile(known, share)
         assert column(told, f"{name}, ms") == [pytest.approx(expected, abs=2e-2)]
     distances = sheet(section, "v2v_distance")
@@ -353,9 +356,10 @@ def test_pictures_can_be_drawn(section: Section) -> None:
         "v2v_bursts",
     ]
     for picture in section.pictures:
-        drawn = BytesIO()
-        picture.draw().savefig(drawn)
-        assert drawn.getvalue().startswith(b"\x89PNG")
+        files = drawn(picture)
+        assert files.png.startswith(b"\x89PNG")
+        assert b"</svg>" in files.svg
+        assert len(files.svg) < 1_000_000
         assert picture.caption.endswith(".")
 
 
@@ -377,7 +381,7 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
     [
         (
             ("ieee80211p", "p: 0"),
-            {"v2v_delivery", "v2v_distance", "v2v_age"},
+            {"v2v_delivery", "v2v_distance", "v2v_latency", "v2v_age"},
             (
                 "Every decision had the frames of its own cycle: no information aged.",
                 "No frame was lost: there are no bursts of losses.",
@@ -390,7 +394,7 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
         ),
         (
             ("5g-mmwave", "p: 0.3"),
-            {"v2v_delivery", "v2v_distance", "v2v_age", "v2v_bursts"},
+            {"v2v_delivery", "v2v_distance", "v2v_latency", "v2v_age", "v2v_bursts"},
             (),
         ),
     ],
@@ -404,7 +408,7 @@ def test_channels_without_loss_without_delivery_and_of_short_range(
     assert {of.name for of in found.sheets} == sheets
     assert found.notes == notes
     for picture in found.pictures:
-        picture.draw().savefig(BytesIO())
+        drawn(picture)
 
 
 def test_a_run_without_frames_says_so(folder: Path) -> None:
