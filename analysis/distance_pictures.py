@@ -41,7 +41,7 @@ def distance_bars(run: Run) -> Figure:
         bars(axes, *over_windows(time_s, values, width_s), colour)
     mean = np.nanmean(gap, axis=1)
     axes.plot(time_s, mean, color=THEORY, lw=0.8, ls="--", label="mean gap")
-    mark(axes, run, THEORY)
+    mark(axes, run, "black")
     axes.set_xlim(time_s[0], time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel("distance, m")

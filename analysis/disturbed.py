@@ -12,11 +12,12 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.run_theory import NoTheoryError, Theory, theory_of
 from zenvoy.analysis.spans import Disturbance, disturbances
 from zenvoy.analysis.stability import Arrivals, Norms, arrivals, norms
-from zenvoy.analysis.theory_chain import follow
+from zenvoy.analysis.theory_chain import follow, is_stable
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
 
+_FEWEST: Final = 20  # rows
 _BEFORE_S: Final = 5.0  # the speed before the disturbance is the mean over this
 _STANDS_MPS: Final = 0.1
 _NOISY: Final = 0.02  # of the disturbance
@@ -91,8 +92,9 @@ def disturbed(run: Run) -> Disturbed | str:
         return "No vehicle was disturbed: of gains, waves and modes there is nothing to measure."
     source = first.vehicle - 1
     low, high, notes = _window(run, first)
-    if high - low < 20:
-        return "Too little was logged after the disturbance to tell what became of it."
+    if high - low < _FEWEST:
+        few = "Too little is left after the disturbance to tell what became of it."
+        return " ".join([*notes, few])
     speed = run.truth["speed"]
     before = (run.time_s > first.start_s - _BEFORE_S) & (run.time_s <= first.start_s)
     before[max(0, low - 1)] = True  # of long periods none may lie within
@@ -107,12 +109,14 @@ def disturbed(run: Run) -> Disturbed | str:
     theory, told = _theory(run, run.time_s[low], run.time_s[high - 1])
     behind, ahead = _orders(run, source, theory)
     predicted = None
-    if theory is not None and run.vehicles <= _MOST:
+    if theory is not None and run.vehicles > _MOST:
+        told.append(f"More than {_MOST} vehicles: no theory of each of them.")
+    elif theory is not None and not is_stable(theory.members):
+        told.append("By theory vehicles swing by themselves: no response to a disturbance.")
+    elif theory is not None:
         period_s = float(run.time_s[low + 1] - run.time_s[low])
         ring = run.scenario.road.type == "ring"
         predicted = follow(deviation[:, source], period_s, theory.members, source, ring=ring)
-    elif theory is not None:
-        told.append(f"More than {_MOST} vehicles: no theory of each of them.")
     return Disturbed(
         disturbance=first,
         time_s=run.time_s[low:high],

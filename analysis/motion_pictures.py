@@ -70,6 +70,7 @@ def _lines(axes: Any, run: Run, span: tuple[float, float], frame_mps: float) -> 
         linewidths=1.0,
         rasterized=True,
         capstyle="butt",
+        antialiaseds=False,
     )
     axes.add_collection(lines)
     axes.set_xlim(*span)
@@ -166,5 +167,5 @@ def snapshots(run: Run) -> Figure:
         )
     np.atleast_1d(axes)[-1].set_xlabel("vehicle")
     np.atleast_1d(axes)[-1].set_xlim(0.0, run.vehicles + 1.0)
-    figure.supylabel("speed, m/s")
+    figure.supylabel("speed, m/s", fontsize="medium")
     return figure  # type: ignore[no-any-return]

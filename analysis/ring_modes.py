@@ -96,10 +96,9 @@ def measured_modes(run: Run, case: Disturbed) -> Modes:
 
 
 def _by_theory(alike: Member | None, n: int) -> Sequence[Mode | None]:
-    most = min(n // 2, _MOST)
     if alike is None or alike.coupling is None:
-        return [None] * most
-    return modes(alike.coupling, alike.gains, n, alike.delay_s)[:most]
+        return [None] * min(n // 2, _MOST)
+    return modes(alike.coupling, alike.gains, n, alike.delay_s, _MOST)
 
 
 def _row(

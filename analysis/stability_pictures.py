@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from zenvoy.analysis.disturbed import Disturbed
@@ -52,15 +52,11 @@ def gain_picture(case: Disturbed) -> Figure:
     return figure  # type: ignore[no-any-return]
 
 
-def is_settled(run: Run, case: Disturbed) -> bool:
-    """Whether the accelerations of all vehicles have died out at the end of the record."""
-    return all(_settles(run, case, int(column)) for column in (*case.behind, *case.ahead))
-
-
-def _settles(run: Run, case: Disturbed, column: int) -> bool:
-    acceleration = np.abs(_acceleration(run, case)[:, column])
+def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
+    """Vehicles (n,) whose acceleration has died out at the end of the record."""
+    acceleration = np.abs(_acceleration(run, case))
     last = acceleration[-max(1, len(acceleration) // 10) :]
-    return bool(last.max() <= _RESTS * acceleration.max())
+    return np.asarray(last.max(axis=0) <= _RESTS * acceleration.max(axis=0))
 
 
 def _acceleration(run: Run, case: Disturbed) -> Floats:
@@ -73,11 +69,9 @@ def followers(run: Run, case: Disturbed) -> list[int]:
     They have settled, and what reached them stands out of the noise.
     """
     last = len(case.behind) - 1
-    return [
-        k
-        for k in sorted({k for k in _SHOWN if k < last} | {last})
-        if k > 0 and case.seen[case.behind[k]] and _settles(run, case, int(case.behind[k]))
-    ]
+    quiet = settled(run, case)
+    worth = (case.seen & quiet & quiet[case.source])[case.behind]
+    return [k for k in sorted({*_SHOWN, last}) if 0 < k <= last and worth[k]]
 
 
 def frequency_picture(run: Run, case: Disturbed) -> Figure:
@@ -169,6 +163,7 @@ def wave_picture(case: Disturbed) -> Figure:
             ms=4,
             label="measured" * (sign > 0),
         )
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("vehicles behind the disturbed one (negative: ahead of it)")
     axes.set_ylabel("time of the lowest speed, s")
     axes.legend(loc="best")

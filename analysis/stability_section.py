@@ -13,8 +13,8 @@ from zenvoy.analysis.stability_pictures import (
     followers,
     frequency_picture,
     gain_picture,
-    is_settled,
     mode_picture,
+    settled,
     wave_picture,
 )
 from zenvoy.analysis.stability_sheets import figure_sheet, mode_sheet, vehicle_sheet
@@ -42,7 +42,7 @@ def stability_section(run: Run) -> Section:
 
 
 def _frequency_notes(run: Run, case: Disturbed) -> list[str]:
-    if is_settled(run, case):
+    if settled(run, case)[[*case.behind, *case.ahead]].all():
         return []
     return [
         "Some vehicles still move (or tremble with noise) where the record ends, and a Fourier "

@@ -62,11 +62,12 @@ def _two(values: Sequence[float | None]) -> tuple[float | None, float | None]:
 
 
 def _largest_step(case: Disturbed, gain: Floats) -> float | None:
+    seen = case.seen
     steps = [
         float(gain[vehicle] / gain[before])
         for order in (case.behind, case.ahead)
         for before, vehicle in pairwise(order)
-        if case.seen[before]
+        if seen[before]
     ]
     return max(steps, default=None)
 

@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from zenvoy.analysis.theory import FM, Complexes, Coupling, Floats
+from zenvoy.analysis.theory_ring import roots
 from zenvoy.scenarios import Gains
 
 _AT_ONCE: Final = 256  # frequencies: a matrix each
@@ -54,6 +55,24 @@ def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
     kept = weights[:room]
     share = sum(weights) / sum(kept) if sum(kept) > 0.0 else 0.0
     return tuple(weight * share for weight in kept)
+
+
+def is_stable(members: Sequence[Member]) -> bool:
+    """Whether the string comes to rest by itself, so that frequencies tell of its motion.
+
+    Looks where delay bites first: at the fastest of the string's own motions, neighbours swinging
+    against each other, λ = 2 Σ weights; under a law that looks ahead alone all have λ = Σ weights.
+    """
+    for coupling, gains, delay_s in set(members):
+        if coupling is None:
+            continue
+        weight = sum(coupling.ahead) + sum(coupling.behind)
+        lam = np.array([2.0 * weight if coupling.behind else weight], dtype=np.complex128)
+        if roots(lam, gains, delay_s)[0, 0].real > 0.0:
+            return False
+        if coupling.behind and gains.k_c < 0.0:  # then long waves grow
+            return False
+    return True
 
 
 def frequency_response(

@@ -14,10 +14,8 @@ import numpy as np
 from zenvoy.analysis.theory import Complexes, Coupling, Floats
 from zenvoy.scenarios import Gains
 
-_STEPS: Final = 300
-_CLOSE: Final = 1e-14
-_APART: Final = 1e-7  # roots nearer than this are one, of multiplicity 2
-_TINY: Final = 1e-300
+_INSTANTS: Final = 17  # of the delay line
+_NEWTON_STEPS: Final = 6
 
 
 class Mode(NamedTuple):
@@ -39,28 +37,39 @@ def eigenvalue(coupling: Coupling, theta: Floats) -> Complexes:
 
 
 def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0) -> Complexes:
-    """The two roots s (2, ...) that the delay-free mode leads to, the slower decaying one first.
+    """The two roots s (2, ...) farthest to the right, those that die out last, in that order.
 
-    With a delay, the delayed term is replaced by the line through its values at the two roots
-    found so far, which gives the next two, and so on. The pair is found together, so that it may
-    meet and part, from conjugate to real, on the way. It leads while |k_v λ + k_c| τ < 1/e; the
-    further roots that a delay makes come from far left.
+    Without delay there are just two. With delay there are infinitely many; the first are found as
+    eigenvalues of the motion of the delay line, by collocation at Chebyshev's points (Breda,
+    Maset and Vermiglio 2005), and brought to full precision by Newton's method.
     """
+    lam = np.asarray(lam, dtype=np.complex128)
     damping, stiffness = gains.k_v * lam + gains.k_c, gains.k_d * lam
-    pair = _quadratic(damping, stiffness)
-    for _ in range(_STEPS if delay_s > 0.0 else 0):
-        before = pair
-        law = damping * pair + stiffness
-        late = np.exp(-pair * delay_s)
-        chord = np.where(
-            np.abs(pair[0] - pair[1]) > _APART,
-            np.diff(law * late, axis=0)[0] / (np.diff(pair, axis=0)[0] + _TINY),
-            ((damping - delay_s * law) * late)[0],
-        )
-        pair = _quadratic(chord, (law * late)[0] - chord * pair[0])
-        if np.abs(pair - before).max(initial=0.0) < _CLOSE:
-            break
-    return pair
+    if delay_s <= 0.0:
+        return _quadratic(damping, stiffness)
+    found = np.linalg.eigvals(_delay_line(damping.ravel(), stiffness.ravel(), delay_s))
+    first = np.argsort(-found.real, axis=1, kind="stable")[:, :2]
+    pair = np.take_along_axis(found, first, axis=1).T.reshape(2, *lam.shape)
+    for _ in range(_NEWTON_STEPS):
+        law, late = damping * pair + stiffness, np.exp(-pair * delay_s)
+        slope = 2.0 * pair + (damping - delay_s * law) * late
+        pair = pair - (pair * pair + law * late) / np.where(slope == 0.0, 1.0, slope)
+    return np.asarray(pair, dtype=np.complex128)
+
+
+def _delay_line(damping: Complexes, stiffness: Complexes, delay_s: float) -> Complexes:
+    """d/dt (K, 2 m, 2 m) of (x, v) at m instants from now back to the delay, a matrix per mode."""
+    m = _INSTANTS
+    x = np.cos(np.pi * np.arange(m) / (m - 1))  # from 1, now, to -1
+    weight = np.r_[2.0, np.ones(m - 2), 2.0] * (-1.0) ** np.arange(m)
+    derivative = np.outer(weight, 1.0 / weight) / (x[:, None] - x[None, :] + np.eye(m))
+    derivative -= np.diag(derivative.sum(axis=1))
+    line = np.kron(derivative * (2.0 / delay_s), np.eye(2)).astype(np.complex128)
+    lines = np.repeat(line[None], len(damping), axis=0)
+    lines[:, :2] = 0.0
+    lines[:, 0, 1] = 1.0  # now, x' is v, and v' is what the law says of the far end
+    lines[:, 1, -2], lines[:, 1, -1] = -stiffness, -damping
+    return lines
 
 
 def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
@@ -69,12 +78,15 @@ def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
     return np.stack([-linear / 2.0 + half, -linear / 2.0 - half])
 
 
-def modes(coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0) -> list[Mode]:
-    """Modes 1 .. size // 2 of a ring of `size` vehicles, each with its slowest root.
+def modes(
+    coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0, most: int | None = None
+) -> list[Mode]:
+    """Modes 1 .. size // 2 (or `most`) of a ring of `size` vehicles, each with its slowest root.
 
     The others are their conjugates. Mode 0, all vehicles shifted alike, is no disturbance.
     """
-    numbers = np.arange(1, size // 2 + 1)
+    last = size // 2 if most is None else min(most, size // 2)
+    numbers = np.arange(1, last + 1)
     lam = eigenvalue(coupling, 2.0 * np.pi * numbers / size)
     slow = roots(lam, gains, delay_s)[0]
     return [
