@@ -32,8 +32,12 @@ check: setup
 	$(BIN)/mypy $(foreach package,$(PACKAGES),-p zenvoy.$(package))
 	$(BIN)/mypy tests benchmarks
 
-bench: setup
+bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks
+
+$(VENV)/.bench: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	touch $@
 
 # Reads a log with the reader of another house: npm's @mcap/core. Needs Node >= 20.
 conformance: setup

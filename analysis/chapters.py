@@ -9,10 +9,12 @@ from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
+from zenvoy.analysis.stability_section import stability_section
 from zenvoy.analysis.v2v import v2v_section
 
 CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
     motion_section,
+    stability_section,
     estimation_section,
     v2v_section,
 )

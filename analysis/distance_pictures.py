@@ -45,7 +45,7 @@ def distance_bars(run: Run) -> Figure:
     axes.set_xlim(time_s[0], time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel("distance, m")
-    axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure  # type: ignore[no-any-return]
 
 
@@ -78,7 +78,7 @@ def collision_time(run: Run) -> Figure:
     below.set_ylim(0.0, 1.05 * highest)
     below.set_xlim(time_s[0], time_s[-1])
     below.set_xlabel("time, s")
-    below.legend(loc="upper right", frameon=False)
+    below.legend(loc="upper right")
     return figure  # type: ignore[no-any-return]
 
 
@@ -95,7 +95,7 @@ def headways(run: Run) -> Figure:
     if control.desired_speed_mps > 0.0:
         desired_s = control.desired_gap_m / control.desired_speed_mps
         axes.axvline(desired_s, color=THEORY, lw=1.2, ls="--", label=f"desired: {desired_s:.2f} s")
-        axes.legend(loc="upper right", frameon=False)
+        axes.legend(loc="upper right")
     axes.set_axisbelow(True)
     axes.set_xlim(0.0, _HEADWAY_S)
     axes.set_xlabel(f"time headway, s (the last bar: {_HEADWAY_S:g} s and more)")

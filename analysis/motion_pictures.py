@@ -23,7 +23,6 @@ SNAPSHOTS_S: Final = (9.0, 30.0, 100.0, 300.0)  # the paper's
 _MOST_LINES: Final = 80
 _MOST_PIECES: Final = 40_000
 _MOST_COLUMNS: Final = 1_400
-_DPI: Final = 150  # of what is rasterised in a vector picture
 
 
 def space_time(run: Run) -> Figure:
@@ -34,7 +33,6 @@ def space_time(run: Run) -> Figure:
     time_s, ring = run.time_s, run.scenario.ring_length_m
     speed_mps = 0.0 if ring else run.scenario.control.desired_speed_mps
     figure, axes = subplots(2, height_in=6.2)
-    figure.set_dpi(_DPI)
     lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), 0.0)
     _lines(axes[1], run, _window(run), speed_mps)
     axes[0].set_ylabel("position on the ring, m" if ring else "position, m")
@@ -165,9 +163,8 @@ def snapshots(run: Run) -> Figure:
         one.set_title(
             f"{at_s:g} s: mean {speed.mean():.2f} m/s, spread {speed.std():.2f} m/s",
             loc="left",
-            fontsize=9,
         )
     np.atleast_1d(axes)[-1].set_xlabel("vehicle")
     np.atleast_1d(axes)[-1].set_xlim(0.0, run.vehicles + 1.0)
-    figure.supylabel("speed, m/s", fontsize=9)
+    figure.supylabel("speed, m/s")
     return figure  # type: ignore[no-any-return]

@@ -66,7 +66,7 @@ def _distances(run: Run) -> Sheet:
             middle = float(mean[span.rows(time_s)].mean())
             rows.append((span.name.replace("_", " "), pair[0], middle, pair[1]))
     return Sheet(
-        name="motion_distances",
+        name="motion-distances",
         title="Distances",
         columns=("span", "MinDistance, m", "mean gap, m", "MaxDistance, m"),
         rows=tuple(rows),
@@ -85,7 +85,7 @@ def _speeds(run: Run) -> list[Sheet]:
         return []
     return [
         Sheet(
-            name="motion_speeds",
+            name="motion-speeds",
             title="Speeds at the paper's instants",
             columns=("time, s", "mean speed, m/s", "spread of speed, m/s"),
             rows=tuple(rows),
@@ -96,7 +96,7 @@ def _speeds(run: Run) -> list[Sheet]:
 
 def _figures(run: Run) -> Sheet:
     return Sheet(
-        name="motion_figures",
+        name="motion-figures",
         title="Figures of merit",
         columns=("figure", "unit", "value"),
         rows=tuple(_safety(run) + _comfort(run) + _throughput(run)),
@@ -166,20 +166,20 @@ def _pictures(run: Run) -> list[Picture]:
     )
     pictures = [
         Picture(
-            name="space_time",
+            name="motion-space-time",
             caption="Where every vehicle is, coloured by its speed: above the whole run, below a "
             f"minute and a half from 10 s before the first disturbance.{seam} A wave of slow "
             "traffic shows as a dark band; one that falls to the right runs against the traffic.",
             draw=partial(space_time, run),
         ),
         Picture(
-            name="heat_map",
+            name="motion-heat-map",
             caption="Speed of every vehicle over time. The more even the colour, the calmer the "
             "fleet. Dotted: a vehicle is disturbed; dashed: the model is switched.",
             draw=partial(heat_map, run),
         ),
         Picture(
-            name="distances",
+            name="motion-gaps",
             caption="MinDistance and MaxDistance, the means of the three smallest and largest "
             f"gaps. Error bars: mean and standard deviation of those three over {WINDOW_S:g} s "
             "or a fortieth of the run, whichever is longer; they hold how the three differ and how "
@@ -187,20 +187,22 @@ def _pictures(run: Run) -> list[Picture]:
             draw=partial(distance_bars, run),
         ),
         Picture(
-            name="time_to_collision",
+            name="motion-time-to-collision",
             caption="Above, the smallest time to collision of the fleet; below, the share of "
             "vehicles for which it is under 4 s and under 1.5 s, dashed above.",
             draw=partial(collision_time, run),
         ),
         Picture(
-            name="time_headway",
+            name="motion-time-headway",
             caption="Distribution of the time headway over all vehicles that move and all times.",
             draw=partial(headways, run),
         ),
     ]
     if snapshot_rows(run.time_s):
         caption = "Speed of every vehicle at the instants that the paper looks at."
-        pictures.insert(2, Picture(name="snapshots", caption=caption, draw=partial(snapshots, run)))
+        pictures.insert(
+            2, Picture(name="motion-snapshots", caption=caption, draw=partial(snapshots, run))
+        )
     return pictures
 
 

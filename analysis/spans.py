@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ _DIP_S: Final = 30.0  # after the last braking, the dip is looked for this long
 
 _ENDS: Final = {
     pb.EVENT_BRAKE: pb.EVENT_BRAKE_END,
-    pb.EVENT_TRACE: pb.EVENT_TRACE_END,
+    pb.EVENT_TRACE: pb.EVENT_TRACE_END,  # of sines too
 }
 
 
@@ -41,6 +41,7 @@ class Disturbance(NamedTuple):
     start_s: float
     end_s: float
     text: str
+    kind: Literal["brake", "trace"]
 
 
 def disturbances(events: Sequence[pb.Event]) -> list[Disturbance]:
@@ -60,7 +61,9 @@ def disturbances(events: Sequence[pb.Event]) -> list[Disturbance]:
             ),
             math.inf,
         )
-        found.append(Disturbance(event.vehicle, event.time_ns * 1e-9, end_s, event.text))
+        kind: Literal["brake", "trace"] = "brake" if event.kind == pb.EVENT_BRAKE else "trace"
+        start_s = event.time_ns * 1e-9
+        found.append(Disturbance(event.vehicle, start_s, end_s, event.text, kind))
     return sorted(found, key=lambda disturbance: disturbance.start_s)
 
 

@@ -35,15 +35,14 @@ def mbcm(weights: Sequence[float]) -> Coupling:
     return Coupling(tuple(weights), tuple(weights))
 
 
-def least_squares(m: int) -> tuple[float, ...]:
-    """MBCM's weights c_j = j² / Σ l², for m neighbours on each side."""
-    total = sum(j * j for j in range(1, m + 1))
-    return tuple(j * j / total for j in range(1, m + 1))
-
-
-def uniform(m: int) -> tuple[float, ...]:
-    """MBCM's weights 1/m, for m neighbours on each side."""
-    return (1.0 / m,) * m
+def weights_of(kind: str | tuple[float, ...], m: int) -> tuple[float, ...]:
+    """MBCM's c_1 .. c_m: `least-squares` j² / Σ l², `uniform` 1/m, or the first m of a list."""
+    if kind == "uniform":
+        return (1.0 / m,) * m
+    if isinstance(kind, str):
+        total = sum(j * j for j in range(1, m + 1))
+        return tuple(j * j / total for j in range(1, m + 1))
+    return kind[:m]
 
 
 class Peak(NamedTuple):

@@ -20,35 +20,44 @@ _FASTEST: Final = 10.0  # rad/s: what is faster, no law with sensible gains hand
 
 
 class Member(NamedTuple):
-    """Law of a vehicle and delay of its commands, s. `coupling` None: it keeps its speed."""
+    """Law and gains of a vehicle, delay of its commands, s. `coupling` None: it keeps its speed."""
 
     coupling: Coupling | None
+    gains: Gains
     delay_s: float
 
 
-def open_road(couplings: Sequence[Coupling], delay_s: float) -> list[Member]:
+def open_road(members: Sequence[Member]) -> list[Member]:
     """The string of paper Eq. 3_2: vehicle 1 keeps its speed, vehicle N is under FM.
 
-    `couplings` are those of vehicles 1..N; those of the first and the last one do not matter. A
-    vehicle too near an end for all its neighbours counts as many on both sides as there are.
+    `members` are vehicles 1..N as they would be on a ring; the laws of the first and the last one
+    do not matter. A vehicle too near an end for all its neighbours counts as many on both sides
+    as there are.
     """
-    n = len(couplings)
-    members = [Member(None, delay_s)]
-    for i in range(1, n - 1):
-        ahead, behind = couplings[i]
-        room = min(i, n - 1 - i) if behind else i
-        members.append(Member(Coupling(_shorter(ahead, room), _shorter(behind, room)), delay_s))
-    return [*members, Member(FM, delay_s)][:n]
+    n = len(members)
+    inside = [
+        member._replace(coupling=_at(i, n, member.coupling))
+        for i, member in enumerate(members[1:-1], start=1)
+    ]
+    return [members[0]._replace(coupling=None), *inside, members[-1]._replace(coupling=FM)]
+
+
+def _at(i: int, n: int, coupling: Coupling | None) -> Coupling | None:
+    if coupling is None:
+        return None
+    room = min(i, n - 1 - i) if coupling.behind else i
+    return Coupling(_shorter(coupling.ahead, room), _shorter(coupling.behind, room))
 
 
 def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
     """The first `room` weights, scaled to the sum of all: those of a smaller m."""
     kept = weights[:room]
-    return tuple(weight * sum(weights) / sum(kept) for weight in kept)
+    share = sum(weights) / sum(kept) if sum(kept) > 0.0 else 0.0
+    return tuple(weight * share for weight in kept)
 
 
 def frequency_response(
-    omega: Floats, members: Sequence[Member], gains: Gains, source: int, *, ring: bool
+    omega: Floats, members: Sequence[Member], source: int, *, ring: bool
 ) -> Complexes:
     """Speed of every vehicle over that of vehicle `source` (an index): (F, n), ω (F,) in rad/s.
 
@@ -56,7 +65,7 @@ def frequency_response(
     """
     omega = np.asarray(omega, dtype=np.float64)
     parts = [
-        _solve(omega[k : k + _AT_ONCE], members, gains, source, ring)
+        _solve(omega[k : k + _AT_ONCE], members, source, ring)
         for k in range(0, len(omega), _AT_ONCE)
     ]
     return np.concatenate(parts)
@@ -66,7 +75,6 @@ def follow(
     motion: Floats,
     period_s: float,
     members: Sequence[Member],
-    gains: Gains,
     source: int,
     *,
     ring: bool,
@@ -80,27 +88,25 @@ def follow(
     omega = np.asarray(2.0 * np.pi * np.fft.rfftfreq(steps, period_s), dtype=np.float64)
     slow = omega <= _FASTEST
     spectrum = np.zeros((len(omega), len(members)), dtype=np.complex128)
-    response = frequency_response(omega[slow], members, gains, source, ring=ring)
+    response = frequency_response(omega[slow], members, source, ring=ring)
     spectrum[slow] = response * np.fft.rfft(motion, steps)[slow, None]
     moved = np.fft.irfft(spectrum, steps, axis=0)[: len(motion)]
     moved[:, source] = motion
     return np.asarray(moved)
 
 
-def _solve(
-    omega: Floats, members: Sequence[Member], gains: Gains, source: int, ring: bool
-) -> Complexes:
+def _solve(omega: Floats, members: Sequence[Member], source: int, ring: bool) -> Complexes:
     n = len(members)
     s = 1j * omega
     matrix = np.zeros((len(omega), n, n), dtype=np.complex128)
-    for i, member in enumerate(members):
-        if i == source or member.coupling is None:
+    for i, (coupling, gains, delay_s) in enumerate(members):
+        if i == source or coupling is None:
             matrix[:, i, i] = 1.0
             continue
-        late = np.exp(-s * member.delay_s)
+        late = np.exp(-s * delay_s)
         matrix[:, i, i] += s * s + gains.k_c * s * late
         pull = (gains.k_v * s + gains.k_d) * late
-        for j, weight in _neighbours(i, n, member.coupling, ring):
+        for j, weight in _neighbours(i, n, coupling, ring):
             matrix[:, i, i] += weight * pull
             matrix[:, i, j] -= weight * pull
     moved = np.zeros((len(omega), n, 1), dtype=np.complex128)

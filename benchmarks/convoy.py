@@ -21,6 +21,8 @@ def convoy_rate(vehicles: int, cycles: int, bus: str) -> float:
         command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15", "--bus", bus]
         command += ["--set", f"fleet.size={vehicles}", "--duration-s", f"{duration_s}"]
         subprocess.run([*command, "--out", str(out)], check=True, capture_output=True)
-        clocks = [pb.Clock.FromString(data) for _, data in messages(out / "run.mcap", ["/clock"])]
+        clocks = [
+            pb.Clock.FromString(bytes(data)) for _, data in messages(out / "run.mcap", ["/clock"])
+        ]
     first, last = clocks[WARM_UP_CYCLES], clocks[-1]
     return (last.cycle - first.cycle) / ((last.wall_ns - first.wall_ns) * 1e-9)

@@ -17,6 +17,7 @@ _NULL = {"type": "null"}
 _NOUNS = {
     "integer": "a whole number",
     "number": "a number",
+    "boolean": "true or false",
     "string": "text",
     "array": "a list",
     "object": "a mapping",
@@ -79,8 +80,12 @@ def types(schema: JsonSchema) -> list[str]:
 
 def noun(schema: JsonSchema) -> str:
     """The type, or the values to choose from: "a whole number", "one of ring, open"."""
+    return f"{_noun(schema)} or null" if "nullable" in schema else _noun(schema)
+
+
+def _noun(schema: JsonSchema) -> str:
     if "noun" in schema:
-        return f"{schema['noun']} or null" if "nullable" in schema else str(schema["noun"])
+        return str(schema["noun"])
     if "const" in schema:
         return str(schema["const"])
     if "enum" in schema:
@@ -92,7 +97,7 @@ def noun(schema: JsonSchema) -> str:
         words += f" of {len(schema['prefixItems'])}"
     if "properties" in schema:
         words += f"; allowed keys: {', '.join(schema['properties'])}"
-    return f"{words} or null" if "nullable" in schema else words
+    return words
 
 
 def interval(schema: JsonSchema) -> str:

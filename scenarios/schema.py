@@ -134,8 +134,12 @@ class Sensors(Section):
 
 
 class Estimator(Section):
-    """Process noise of the link filters, as the standard deviation of an acceleration."""
+    """The filters of links and own speed; process noise as the std. deviation of an acceleration.
 
+    On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
+    """
+
+    kind: Literal["kalman", "ekf", "ukf"] = "kalman"
     acceleration_std_mps2: Positive = 0.5
 
 

@@ -29,6 +29,7 @@ from zenvoy.scenarios import (
     builtin,
     effective_yaml,
     load,
+    roster,
 )
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.world.agent import WorldAgent
@@ -130,11 +131,11 @@ CASES: Final = [
 @pytest.mark.parametrize(("number", "case"), list(enumerate(CASES, start=1)))
 def test_the_cases_are_those_of_the_paper(number: int, case: tuple[str, float, int]) -> None:
     model, error, delay_ms = case
-    scenario = load(f"paper/case-{number}").scenario
+    scenario = load(f"paper/case-{number:02}").scenario
     base = load("paper/base").scenario
     assert scenario.control.model == "FM"
-    phases = [(0, "FM")] if model == "FM" else [(0, "FM"), (10 * S_NS, model)]
-    assert scenario.control.phases == phases
+    phases = ((0, "FM"),) if model == "FM" else ((0, "FM"), (10 * S_NS, model))
+    assert {told.phases for told in roster(scenario)} == {phases}
     assert scenario.sensors.error == error
     assert scenario.v2v_wait_ns + scenario.system_delay_ns == delay_ms * 1_000_000
     assert 50 <= scenario.control.system_delay_ms <= 120  # the paper's t_sys

@@ -124,9 +124,9 @@ def test_disturbances_are_those_of_the_log() -> None:
         event(pb.EVENT_BRAKE_END, 7, 5),
     ]
     assert disturbances(events) == [
-        Disturbance(1, 2.0, math.inf, "x"),
-        Disturbance(5, 3.0, 5.0, "x"),
-        Disturbance(5, 6.0, 7.0, "x"),
+        Disturbance(1, 2.0, math.inf, "x", "trace"),
+        Disturbance(5, 3.0, 5.0, "x", "brake"),
+        Disturbance(5, 6.0, 7.0, "x", "brake"),
     ]
 
 

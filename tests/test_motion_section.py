@@ -50,7 +50,7 @@ def ring(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 def figures(section: Section) -> dict[object, object]:
-    sheet = next(sheet for sheet in section.sheets if sheet.name == "motion_figures")
+    sheet = next(sheet for sheet in section.sheets if sheet.name == "motion-figures")
     return {row[0]: row[2] for row in sheet.rows}
 
 
@@ -104,7 +104,7 @@ def test_snapshots_are_those_within_the_run(ring: Run) -> None:
 def test_two_vehicles_on_the_open_road(tmp_path: Path) -> None:
     section = motion_section(made(tmp_path, OPEN_PAIR))
     check(section)
-    assert [sheet.name for sheet in section.sheets] == ["motion_distances", "motion_figures"]
+    assert [sheet.name for sheet in section.sheets] == ["motion-distances", "motion-figures"]
     assert section.notes[0].startswith("No vehicle was disturbed")
     found = figures(section)
     assert found["smallest gap"] == pytest.approx(37.5, abs=1.0)

@@ -133,7 +133,10 @@ def scenarios(draw: st.DrawFn) -> Scenario:
             distribution=draw(st.sampled_from(["uniform", "gaussian"])),
             position_std_m=draw(non_negative),
         ),
-        estimator=Estimator(acceleration_std_mps2=draw(positive)),
+        estimator=Estimator(
+            kind=draw(st.sampled_from(["kalman", "ekf", "ukf"])),
+            acceleration_std_mps2=draw(positive),
+        ),
         channel=Channel(
             technology=draw(st.sampled_from(["ieee80211p", "lte-a-pro", "5g-mmwave"])),
             loss=Loss(p=draw(st.floats(0, 1))),

@@ -49,7 +49,7 @@ class Row(NamedTuple):
 def rows_of_schema(schema: dict[str, Any], section: str) -> Iterator[Row]:
     for key, said in schema["properties"].items():
         path, value = f"{section}.{key}".lstrip("."), resolved(said)
-        if "properties" in value:
+        if "properties" in value and "nullable" not in value:
             yield from rows_of_schema(value, path)
             continue
         yield Row(section, key, _unit(key), _default(schema, key, value), _allowed(value))
@@ -79,10 +79,10 @@ def _default(schema: dict[str, Any], key: str, value: dict[str, Any]) -> str:
 def _allowed(value: dict[str, Any]) -> str:
     if "const" in value:
         return str(value["const"])
-    if "enum" in value:
-        return ", ".join(value["enum"])
+    kinds = {"string": "text", "array": "list", "boolean": "true, false", "object": "mapping"}
+    choice = ", ".join(value.get("enum", ()))
     words = (
-        interval(value).removeprefix("in ") or {"string": "text", "array": "list"}[value["type"]]
+        choice or value.get("noun") or interval(value).removeprefix("in ") or kinds[value["type"]]
     )
     return f"{words} or null" if "nullable" in value else words
 

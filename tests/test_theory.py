@@ -14,12 +14,11 @@ from zenvoy.analysis.theory import (
     Coupling,
     group_delay_s,
     is_string_stable,
-    least_squares,
     mbcm,
     peak_gain,
     total_delay_s,
     transfer,
-    uniform,
+    weights_of,
 )
 from zenvoy.analysis.theory_chain import Member, follow, frequency_response, open_road
 from zenvoy.analysis.theory_ring import (
@@ -37,21 +36,24 @@ Floats = NDArray[np.float64]
 
 PAPER = Gains()  # k_d 0.1, k_v 0.5, k_c 0.05
 OMEGA = np.geomspace(1e-3, 20.0, 4000)
-MBCM3 = mbcm(least_squares(3))
+MBCM3 = mbcm(weights_of("least-squares", 3))
 
 gains = st.builds(
     Gains, k_d=st.floats(0.02, 1.0), k_v=st.floats(0.0, 2.0), k_c=st.floats(0.01, 1.0)
 )
-couplings = st.sampled_from([FM, BCM, MBCM3, mbcm(uniform(2)), mbcm((0.7, 0.2, 0.1, 0.05))])
+couplings = st.sampled_from(
+    [FM, BCM, MBCM3, mbcm(weights_of("uniform", 2)), mbcm((0.7, 0.2, 0.1, 0.05))]
+)
 
 
 # --- one vehicle behind another -----------------------------------------------------------------
 
 
 def test_weights_of_mbcm() -> None:
-    assert least_squares(3) == pytest.approx((1 / 14, 4 / 14, 9 / 14))
-    assert uniform(4) == (0.25,) * 4
-    assert mbcm(least_squares(1)) == BCM
+    assert weights_of("least-squares", 3) == pytest.approx((1 / 14, 4 / 14, 9 / 14))
+    assert weights_of("uniform", 4) == (0.25,) * 4
+    assert mbcm(weights_of("least-squares", 1)) == BCM
+    assert weights_of((0.5, 0.3, 0.2), 2) == (0.5, 0.3)
 
 
 def test_delay_is_wait_and_system_and_half_a_period() -> None:
@@ -121,9 +123,7 @@ def test_eigenvalues_in_closed_form() -> None:
     theta = np.linspace(0.0, np.pi, 9)
     np.testing.assert_allclose(eigenvalue(BCM, theta), 2.0 * (1.0 - np.cos(theta)), atol=1e-15)
     np.testing.assert_allclose(eigenvalue(FM, theta), 1.0 - np.exp(-1j * theta), atol=1e-15)
-    weighed = sum(
-        c * 2.0 * (1.0 - np.cos(j * theta)) for j, c in enumerate(least_squares(3), start=1)
-    )
+    weighed = sum(c * 2.0 * (1.0 - np.cos(j * theta)) for j, c in enumerate(MBCM3.ahead, start=1))
     np.testing.assert_allclose(eigenvalue(MBCM3, theta), weighed, atol=1e-15)
 
 
@@ -209,7 +209,7 @@ def test_roots_of_a_critically_damped_mode_come_apart_with_delay(k_d: float) -> 
     np.testing.assert_allclose(s * s + (s + k_d) * np.exp(-0.1 * s), 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("coupling", [BCM, MBCM3, mbcm(uniform(2))])
+@pytest.mark.parametrize("coupling", [BCM, MBCM3, mbcm(weights_of("uniform", 2))])
 def test_long_waves_of_two_sided_laws(coupling: Coupling) -> None:
     undamped = Gains(k_d=0.1, k_v=0.5, k_c=0.0)
     phase, group = wave_speeds(coupling, undamped, 1e-2)
@@ -234,12 +234,19 @@ def test_long_waves_of_fm_are_kinematic() -> None:
 # --- a string -----------------------------------------------------------------------------------
 
 
+MIXED = [FM, BCM, FM, MBCM3, BCM, MBCM3, BCM, FM]
+
+
+def string(coupling: Coupling, n: int, delay_s: float) -> list[Member]:
+    return open_road([Member(coupling, PAPER, delay_s)] * n)
+
+
 def test_a_string_of_fm_is_a_power_of_one_vehicle() -> None:
     omega = np.array([0.0, 0.1, 0.27, 1.0, 3.0])
-    found = frequency_response(omega, open_road([FM] * 6, 0.2), PAPER, 0, ring=False)
+    found = frequency_response(omega, string(FM, 6, 0.2), 0, ring=False)
     single = transfer(omega, PAPER, 0.2)
     np.testing.assert_allclose(found, single[:, None] ** np.arange(6), rtol=1e-10)
-    ring = frequency_response(omega, [Member(FM, 0.2)] * 6, PAPER, 2, ring=True)
+    ring = frequency_response(omega, [Member(FM, PAPER, 0.2)] * 6, 2, ring=True)
     np.testing.assert_allclose(ring, single[:, None] ** np.array([4, 5, 0, 1, 2, 3]), rtol=1e-10)
 
 
@@ -249,19 +256,19 @@ def test_two_vehicles_between_ends_by_hand() -> None:
     pull, own = 0.5 * s + 0.1, s * s + 0.05 * s
     h = pull / (own + pull)
     second = pull / (own + 2.0 * pull - pull * h)
-    found = frequency_response(np.array([0.3]), open_road([BCM] * 3, 0.0), PAPER, 0, ring=False)
+    found = frequency_response(np.array([0.3]), string(BCM, 3, 0.0), 0, ring=False)
     np.testing.assert_allclose(found[0], [1.0, second, h * second])
 
 
 def test_ends_of_the_open_road() -> None:
-    members = open_road([MBCM3] * 8, 0.1)
+    members = string(MBCM3, 8, 0.1)
     sides = [member.coupling and len(member.coupling.behind) for member in members]
     assert sides == [None, 1, 2, 3, 3, 2, 1, 0]
-    assert members[2].coupling == mbcm(least_squares(2))
+    assert members[2].coupling == mbcm(weights_of("least-squares", 2))
     assert members[1].coupling == BCM
     assert members[7].coupling == FM
     np.testing.assert_allclose(
-        frequency_response(np.array([0.2]), members, PAPER, 3, ring=False)[0, 0], 0.0
+        frequency_response(np.array([0.2]), members, 3, ring=False)[0, 0], 0.0
     )  # vehicle 1 keeps its speed, whoever moves
 
 
@@ -282,12 +289,13 @@ def brute(
         for i, member in enumerate(members):
             if member.coupling is None:
                 continue
-            a[i] = -PAPER.k_c * speed[i]
+            gains = member.gains
+            a[i] = -gains.k_c * speed[i]
             for sign, weights in ((-1, member.coupling.ahead), (1, member.coupling.behind)):
                 for j, weight in enumerate(weights, start=1):
                     other = (i + sign * j) % n
-                    a[i] += weight * PAPER.k_d * (position[other] - position[i])
-                    a[i] += weight * PAPER.k_v * (speed[other] - speed[i])
+                    a[i] += weight * gains.k_d * (position[other] - position[i])
+                    a[i] += weight * gains.k_v * (speed[other] - speed[i])
         waiting.append(a)
         acts = waiting.pop(0) if late else a
         position = position + dt * speed + 0.5 * dt * dt * acts
@@ -298,10 +306,10 @@ def brute(
 @pytest.mark.parametrize(
     ("members", "ring", "source"),
     [
-        (open_road([FM, BCM, FM, MBCM3, BCM, MBCM3, BCM, FM], 0.2), False, 0),
-        (open_road([BCM] * 7, 0.0), False, 3),
-        ([Member(BCM, 0.2)] * 7, True, 2),
-        ([Member(MBCM3, 0.1)] * 9, True, 0),
+        (open_road([Member(law, PAPER, 0.2) for law in MIXED]), False, 0),
+        (string(BCM, 7, 0.0), False, 3),
+        ([Member(BCM, PAPER, 0.2), Member(FM, Gains(k_d=0.2, k_v=1.0), 0.2)] * 4, True, 2),
+        ([Member(MBCM3, PAPER, 0.1)] * 9, True, 0),
     ],
 )
 def test_a_string_moves_as_by_brute_force(members: list[Member], ring: bool, source: int) -> None:
@@ -309,5 +317,5 @@ def test_a_string_moves_as_by_brute_force(members: list[Member], ring: bool, sou
     time = np.arange(12_000) * dt
     motion = -np.exp(-(((time - 8.0) / 2.0) ** 2)) * (1.0 + 0.3 * np.sin(2.0 * time))
     expected = brute(motion, dt, members, source, ring, every)
-    found = follow(motion[::every], dt * every, members, PAPER, source, ring=ring)
+    found = follow(motion[::every], dt * every, members, source, ring=ring)
     np.testing.assert_allclose(found, expected, atol=6e-3)

@@ -12,7 +12,8 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from zenvoy.vehicles.gains import Array, Covariance, gain_schedule
+from zenvoy.vehicles.gains import Covariance, gain_schedule
+from zenvoy.vehicles.linear import Array
 
 # R follows the size of what is read in steps of this ratio, so that the gain can settle between.
 _RESCALE: Final = 1.25

@@ -14,9 +14,8 @@ from typing import Final
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from zenvoy.vehicles.linear import Array, linear_model
 
 # The gain counts as settled when a step changes no entry of P by more than this share of P.
 _SETTLED: Final = 1e-13
@@ -43,13 +42,9 @@ class GainSchedule:
         self, period_s: float, acceleration_std: float, variances: tuple[float, ...]
     ) -> None:
         size = len(variances)
-        transition = np.array([[1.0, period_s], [0.0, 1.0]])
-        control = np.array([[0.5 * period_s**2], [period_s]])
         kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
-        kalman.F = transition[-size:, -size:]
-        kalman.B = control[-size:]
+        kalman.F, kalman.B, kalman.Q = linear_model(period_s, acceleration_std, size)
         kalman.H = np.eye(size)
-        kalman.Q = acceleration_std**2 * kalman.B @ kalman.B.T
         kalman.R = np.diag(variances)
         self._kalman = kalman
         self._kept = 0

@@ -47,14 +47,12 @@ class Knowledge:
         self._set_up_estimates(scenario)
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
-        acceleration_std = scenario.estimator.acceleration_std_mps2
-        control = scenario.control
         gap_error, speed_error = _link_errors(scenario)
 
         def link(front: Motion, rear: Motion) -> LinkState:
             return LinkState(
                 self._period_ns,
-                acceleration_std,
+                scenario.estimator,
                 gap_error=copy(gap_error),
                 speed_error=copy(speed_error),
                 front=front,
@@ -63,8 +61,9 @@ class Knowledge:
 
         self.link_ahead = link(front=self._ahead, rear=self._own)
         self.link_behind = link(front=self._own, rear=self._behind)
-        own_error = ReadingError(scenario.sensors.error_std, control.desired_speed_mps)
-        self.speed = SpeedState(self._period_ns, acceleration_std, own_error)
+        speed = scenario.control.desired_speed_mps
+        own_error = ReadingError(scenario.sensors.error_std, speed)
+        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error)
 
     @property
     def age_ns(self) -> int:
@@ -180,6 +179,8 @@ class Knowledge:
 
 def prepare(scenario: Scenario) -> None:
     """Compute the gains of a steady flow, for the processes that are forked from this one."""
+    if scenario.estimator.kind != "kalman":
+        return  # nothing of the others is shared
     error_std, control = scenario.sensors.error_std, scenario.control
     gap_error, speed_error = _link_errors(scenario)
     own = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from zenvoy.vehicles.estimator import Filter, ReadingError
+from zenvoy.scenarios import Estimator
+from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.relative import Relative
 
@@ -22,7 +24,7 @@ class LinkState:
     def __init__(
         self,
         period_ns: int,
-        acceleration_std: float,
+        estimator: Estimator,
         *,
         gap_error: ReadingError,
         speed_error: ReadingError,
@@ -31,7 +33,7 @@ class LinkState:
     ) -> None:
         self._period_ns = period_ns
         self._front, self._rear = front, rear
-        self._filter = Filter(period_ns * 1e-9, acceleration_std)
+        self._filter = state_filter(estimator, period_ns)
         self._gap_error, self._speed_error = gap_error, speed_error
         self.measured_ns = -1
 
@@ -80,8 +82,8 @@ class LinkState:
 class SpeedState:
     """Filtered own speed at the start of the cycle."""
 
-    def __init__(self, period_ns: int, acceleration_std: float, error: ReadingError) -> None:
-        self._filter = Filter(period_ns * 1e-9, acceleration_std)
+    def __init__(self, period_ns: int, estimator: Estimator, error: ReadingError) -> None:
+        self._filter = state_filter(estimator, period_ns)
         self._error = error
 
     @property

@@ -1,0 +1,175 @@
+"""Pictures of string stability: measured as points, linear theory as grey lines."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from numpy.typing import NDArray
+
+from zenvoy.analysis.disturbed import Disturbed
+from zenvoy.analysis.load import Run
+from zenvoy.analysis.ring_modes import Modes
+from zenvoy.analysis.stability import response
+from zenvoy.analysis.style import CYCLE, THEORY, subplots
+from zenvoy.analysis.theory_chain import frequency_response
+
+Floats = NDArray[np.float64]
+
+EXCITED: Final = 0.05  # share of the largest amplitude from which a frequency is told
+
+_MEASURED: Final = CYCLE[0]
+_RESTS: Final = 0.05  # of its largest acceleration: what a settled vehicle may still show
+_SHOWN: Final = (1, 3, 10)  # vehicles behind the disturbed one, and the last one
+_SMALLEST: Final = 1e-3  # gain, amplitude relative to the largest: the axes' lower ends
+
+
+def gain_picture(case: Disturbed) -> Figure:
+    """L2 and L∞ norm of each vehicle's deviation over those of the disturbed one."""
+    figure, axes = subplots(1, 2, height_in=3.2, sharex=True)
+    measured = case.gains(case.deviation)
+    theory = None if case.predicted is None else case.gains(case.predicted)
+    order = np.concatenate([case.ahead[:0:-1], case.behind])
+    behind = np.arange(len(order)) - (len(case.ahead) - 1)
+    for one, field, title in zip(axes, ("l2", "linf"), ("L2", "L∞"), strict=True):
+        shown = [getattr(measured, field)[order]]
+        if theory is not None:
+            shown.append(getattr(theory, field)[order])
+            one.plot(behind, shown[1], color=THEORY, label="theory")
+        one.plot(behind, shown[0], "o", color=_MEASURED, ms=3, label="measured")
+        one.set_yscale("log")
+        one.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        one.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        one.yaxis.set_minor_formatter(NullFormatter())
+        low = max(_SMALLEST, 0.7 * min(float(v[v > 0.0].min()) for v in shown))
+        one.set_ylim(low, 1.5 * max(float(v.max()) for v in shown))
+        one.axhline(1.0, color="black", lw=0.6, ls=":")
+        one.set_ylabel(f"{title} gain of speed")
+        one.set_xlabel("vehicles behind the disturbed one")
+    axes[0].legend(loc="best")
+    return figure  # type: ignore[no-any-return]
+
+
+def is_settled(run: Run, case: Disturbed) -> bool:
+    """Whether the accelerations of all vehicles have died out at the end of the record."""
+    return all(_settles(run, case, int(column)) for column in (*case.behind, *case.ahead))
+
+
+def _settles(run: Run, case: Disturbed, column: int) -> bool:
+    acceleration = np.abs(_acceleration(run, case)[:, column])
+    last = acceleration[-max(1, len(acceleration) // 10) :]
+    return bool(last.max() <= _RESTS * acceleration.max())
+
+
+def _acceleration(run: Run, case: Disturbed) -> Floats:
+    return np.asarray(run.truth["acceleration"][case.rows])
+
+
+def followers(run: Run, case: Disturbed) -> list[int]:
+    """How far behind the vehicles are whose gain over frequency is worth showing.
+
+    They have settled, and what reached them stands out of the noise.
+    """
+    last = len(case.behind) - 1
+    return [
+        k
+        for k in sorted({k for k in _SHOWN if k < last} | {last})
+        if k > 0 and case.seen[case.behind[k]] and _settles(run, case, int(case.behind[k]))
+    ]
+
+
+def frequency_picture(run: Run, case: Disturbed) -> Figure:
+    """Gain over frequency from the disturbed vehicle to some behind it."""
+    acceleration = _acceleration(run, case)
+    figure, axes = subplots(height_in=3.4)
+    highest, largest = 0.1, 1.0
+    for number, k in enumerate(followers(run, case)):
+        found = response(
+            acceleration[:, case.source], acceleration[:, case.behind[k]], case.period_s, EXCITED
+        )
+        gain = np.abs(found.ratio)
+        colour = CYCLE[number]
+        axes.loglog(found.omega, gain, "o", color=colour, ms=3, label=f"{k} behind")
+        highest, largest = max(highest, float(found.omega.max())), max(largest, float(gain.max()))
+    if case.theory is not None and case.predicted is not None:
+        _theory_lines(axes, run, case, highest)
+    axes.axhline(1.0, color="black", lw=0.6, ls=":")
+    axes.set_ylim(_SMALLEST, 2.0 * largest)
+    axes.set_xlabel("frequency, rad/s")
+    axes.set_ylabel("gain of speed")
+    axes.legend(loc="lower left")
+    return figure  # type: ignore[no-any-return]
+
+
+def _theory_lines(axes: Any, run: Run, case: Disturbed, highest: float) -> None:
+    assert case.theory is not None
+    omega = np.geomspace(2.0 * np.pi / (case.time_s[-1] - case.time_s[0]), highest, 300)
+    ring = run.scenario.road.type == "ring"
+    gain = np.abs(frequency_response(omega, case.theory.members, case.source, ring=ring))
+    for number, k in enumerate(followers(run, case)):
+        label = "theory" if number == 0 else None
+        axes.loglog(omega, gain[:, case.behind[k]], color=THEORY, zorder=1, label=label)
+
+
+def mode_picture(modes: Modes) -> Figure:
+    """Growth rate of each mode, and the slowest one over time."""
+    figure, (left, right) = subplots(1, 2, height_in=3.2)
+    theory = [(row.number, row.theory.rate) for row in modes.rows if row.theory]
+    measured = [(row.number, row.measured.rate) for row in modes.rows if row.measured]
+    if theory:
+        left.plot(*zip(*theory, strict=True), color=THEORY, label="theory")
+    if measured:
+        left.plot(*zip(*measured, strict=True), "o", color=_MEASURED, ms=4, label="measured")
+    left.axhline(0.0, color="black", lw=0.6, ls=":")
+    left.set_xlabel("mode: waves round the ring")
+    left.set_ylabel("growth rate, 1/s")
+    left.legend(loc="best")
+    _slowest(right, modes)
+    return figure  # type: ignore[no-any-return]
+
+
+def _slowest(axes: Any, modes: Modes) -> None:
+    row = modes.slowest
+    assert row is not None
+    size = np.abs(row.amplitude)
+    step = max(1, len(size) // 250)
+    theory = modes.by_theory(row)
+    if theory is not None:
+        until = min(len(size), 2 * row.fitted)
+        axes.semilogy(modes.time_s[:until], np.abs(theory[:until]), color=THEORY)
+    axes.semilogy(modes.time_s[::step], size[::step], ".", color=_MEASURED, ms=3)
+    axes.axvline(
+        modes.time_s[row.fitted - 1] if row.fitted else modes.time_s[0],
+        color=CYCLE[1],
+        lw=0.9,
+        ls="--",
+    )
+    axes.set_ylim(_SMALLEST * float(size.max()), 2.0 * float(size.max()))
+    axes.set_xlabel("time, s")
+    axes.set_ylabel(f"amplitude of mode {row.number}, m")
+
+
+def wave_picture(case: Disturbed) -> Figure:
+    """When the dip of speed was at each vehicle, both ways."""
+    figure, axes = subplots(height_in=3.0)
+    for sign, order in ((1, case.behind), (-1, case.ahead)):
+        if case.predicted is not None:
+            theory = case.dips(case.predicted, order)
+            axes.plot(
+                sign * theory.behind, theory.time_s, color=THEORY, label="theory" * (sign > 0)
+            )
+        found = case.dips(case.deviation, order)
+        axes.plot(
+            sign * found.behind,
+            found.time_s,
+            "o",
+            color=_MEASURED,
+            ms=4,
+            label="measured" * (sign > 0),
+        )
+    axes.set_xlabel("vehicles behind the disturbed one (negative: ahead of it)")
+    axes.set_ylabel("time of the lowest speed, s")
+    axes.legend(loc="best")
+    return figure  # type: ignore[no-any-return]

@@ -1,0 +1,262 @@
+"""Tables of string stability: figures, vehicles and modes, measured beside theory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.disturbed import Disturbed
+from zenvoy.analysis.load import Run
+from zenvoy.analysis.ring_modes import Modes
+from zenvoy.analysis.section import Cell, Sheet
+from zenvoy.analysis.stability import Norms, response, wave_speed
+from zenvoy.analysis.stability_pictures import EXCITED, followers
+from zenvoy.analysis.theory import FM, group_delay_s, is_string_stable, peak_gain
+from zenvoy.analysis.theory_chain import Member
+from zenvoy.analysis.theory_ring import long_wave_speed, metres_per_second
+
+Floats = NDArray[np.float64]
+Row = tuple[Cell, ...]
+
+
+def figure_sheet(run: Run, case: Disturbed, modes: Modes) -> Sheet:
+    """What there is to say in one number, measured and by theory."""
+    disturbance = case.disturbance
+    return Sheet(
+        name="stability-figures",
+        title="String stability in figures",
+        columns=("figure", "unit", "measured", "theory"),
+        rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *_slowest(modes)),
+        note=f"From {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
+        f"{disturbance.vehicle} was disturbed ({disturbance.text}). Theory of gains and dips: "
+        "linear, from the motion of the disturbed vehicle as it was.",
+    )
+
+
+def _gains(case: Disturbed) -> list[Row]:
+    rows: list[Row] = []
+    last = len(case.behind) - 1
+    for field, name in (("l2", "L2"), ("linf", "L∞")):
+        both = [getattr(gains, field) for gains in _both(case)]
+        steps = [_largest_step(case, values) for values in both]
+        ends = [float(values[case.behind[-1]]) for values in both]
+        rows += [
+            (f"largest {name} gain from one vehicle to the next", "", *_two(steps)),
+            (f"{name} gain to the vehicle {last} behind", "", *_two(ends)),
+        ]
+    return rows
+
+
+def _both(case: Disturbed) -> list[Norms]:
+    """Gains measured, and by theory where it says something."""
+    known = (values for values in (case.deviation, case.predicted) if values is not None)
+    return [case.gains(values) for values in known]
+
+
+def _two(values: Sequence[float | None]) -> tuple[float | None, float | None]:
+    return values[0], values[1] if len(values) > 1 else None
+
+
+def _largest_step(case: Disturbed, gain: Floats) -> float | None:
+    steps = [
+        float(gain[vehicle] / gain[before])
+        for order in (case.behind, case.ahead)
+        for before, vehicle in pairwise(order)
+        if case.seen[before]
+    ]
+    return max(steps, default=None)
+
+
+def _one_pair(run: Run, case: Disturbed) -> list[Row]:
+    """One vehicle behind another: what every vehicle of a string under FM does."""
+    chain = _following(case)
+    if chain is None:
+        return []
+    gains, delay_s = chain.gains, chain.delay_s
+    peak = peak_gain(gains, delay_s)
+    gain, omega = _measured_peak(run, case)
+    packet_s = group_delay_s(peak.omega, gains, delay_s)
+    return [
+        (
+            "string-stable without delay: κ² + 2 k_v κ ≥ 2 k_d",
+            "",
+            None,
+            "yes" if is_string_stable(gains) else "no",
+        ),
+        ("delay: wait, system, half a period", "s", None, delay_s),
+        ("peak gain to the next vehicle", "", gain, peak.gain),
+        ("frequency of that peak", "rad/s", omega, peak.omega),
+        ("group delay at that peak", "s", None, packet_s),
+    ]
+
+
+def _following(case: Disturbed) -> Member | None:
+    """The law of all vehicles behind the disturbed one where that is FM, alike for all."""
+    if case.theory is None or len(case.behind) < 2:
+        return None
+    laws = {case.theory.members[i] for i in case.behind[1:]}
+    law = laws.pop()
+    return law if not laws and law.coupling == FM else None
+
+
+def _measured_peak(run: Run, case: Disturbed) -> tuple[float | None, float | None]:
+    """Peak of the gain from vehicle to vehicle: the k-th root of that to the farthest one shown."""
+    shown = followers(run, case)
+    if not shown:
+        return None, None
+    k = shown[-1]
+    acceleration = run.truth["acceleration"][case.rows]
+    head, tail = acceleration[:, case.source], acceleration[:, case.behind[k]]
+    found = response(head, tail, case.period_s, EXCITED)
+    gain = np.abs(found.ratio) ** (1.0 / k)
+    best = int(np.argmax(gain))
+    around = slice(best - 1, best + 2)
+    if not 0 < best < len(gain) - 1:
+        return float(gain[best]), float(found.omega[best])
+    curve = np.polyfit(found.omega[around], gain[around], 2)  # finer than the record resolves
+    omega = -curve[1] / (2.0 * curve[0])
+    return float(np.polyval(curve, omega)), float(omega)
+
+
+def _waves(run: Run, case: Disturbed) -> list[Row]:
+    if case.disturbance.kind != "brake":
+        return []
+    rows: list[Row] = []
+    gap_m = run.scenario.fleet.gap_m
+    speed_mps = float(run.truth["speed"][case.rows].mean())
+    for order, way, sign in ((case.behind, "backwards", 1.0), (case.ahead, "forwards", -1.0)):
+        measured = wave_speed(case.dips(case.deviation, order))
+        theory = None if case.predicted is None else wave_speed(case.dips(case.predicted, order))
+        if measured is None and theory is None:
+            continue
+        over = [
+            None if speed is None else metres_per_second(sign * speed, gap_m, speed_mps)
+            for speed in (measured, theory)
+        ]
+        rows += [
+            (f"speed of the dip {way}", "vehicles/s", measured, theory),
+            (f"speed of the dip {way}, over the road", "m/s", *over),
+        ]
+    alike = case.theory.alike if case.theory else None
+    if alike is not None and alike.coupling is not None:
+        long = long_wave_speed(alike.coupling, alike.gains)
+        rows.append(
+            ("speed of long waves", "vehicles/s", None, long if math.isfinite(long) else None)
+        )
+    return rows
+
+
+def _slowest(modes: Modes) -> list[Row]:
+    row = modes.slowest
+    if row is None:
+        return []
+    both = (row.measured, row.theory)
+    return [
+        (
+            f"slowest mode, number {row.number}: growth rate",
+            "1/s",
+            *(found.rate if found else None for found in both),
+        ),
+        (
+            f"slowest mode, number {row.number}: frequency",
+            "rad/s",
+            *(found.omega if found else None for found in both),
+        ),
+        (
+            f"slowest mode, number {row.number}: half-life",
+            "s",
+            *(_half_life(found.rate) if found else None for found in both),
+        ),
+    ]
+
+
+def _half_life(rate: float) -> float | None:
+    return math.log(2.0) / -rate if rate < 0.0 else None
+
+
+def vehicle_sheet(case: Disturbed) -> Sheet:
+    """A row per vehicle that the disturbance reaches, from the front to the back."""
+    backwards = _vehicle_rows(case, case.behind, 1)
+    forwards = _vehicle_rows(case, case.ahead, -1)[1:]
+    return Sheet(
+        name="stability-vehicles",
+        title="Away from the disturbed vehicle",
+        columns=(
+            "vehicle",
+            "behind",
+            "L2 gain",
+            "L2 gain, theory",
+            "L2 gain, last step",
+            "L∞ gain",
+            "L∞ gain, theory",
+            "L∞ gain, last step",
+            "lowest at, s",
+            "lowest at, theory, s",
+        ),
+        rows=(*reversed(forwards), *backwards),
+        note="Norms of the deviation of speed from that before, over those of the disturbed "
+        "vehicle, over the time in which theory expects 99 % of their energy. Last step: over "
+        "those of the next vehicle on the way to it, where that one's stand out of the noise. "
+        "Lowest: when the dip of speed of a braking was there.",
+    )
+
+
+def _vehicle_rows(case: Disturbed, order: NDArray[np.int64], sign: int) -> list[Row]:
+    times = _dip_times(case, case.deviation, order)
+    expected = _dip_times(case, case.predicted, order)
+    seen, both = case.seen, _both(case)
+    rows = []
+    for k, index in enumerate(order):
+        row: list[Cell] = [int(index) + 1, sign * k]
+        before = order[k - 1]
+        for field in ("l2", "linf"):
+            gain = getattr(both[0], field)
+            step = float(gain[index] / gain[before]) if k and seen[before] else None
+            row += [*_two([float(getattr(gains, field)[index]) for gains in both]), step]
+        rows.append((*row, times[k], expected[k]))
+    return rows
+
+
+def _dip_times(
+    case: Disturbed, deviation: Floats | None, order: NDArray[np.int64]
+) -> list[float | None]:
+    if deviation is None or case.disturbance.kind != "brake":
+        return [None] * len(order)
+    found: list[float | None] = case.dips(deviation, order).time_s.tolist()
+    return found + [None] * (len(order) - len(found))
+
+
+def mode_sheet(modes: Modes) -> Sheet:
+    """A row per mode of the ring."""
+    rows: list[Row] = []
+    for row in modes.rows:
+        measured, theory = row.measured, row.theory
+        rows.append(
+            (
+                row.number,
+                measured.rate if measured else None,
+                theory.rate if theory else None,
+                measured.omega if measured else None,
+                theory.omega if theory else None,
+                measured.r2 if measured else None,
+            )
+        )
+    return Sheet(
+        name="stability-modes",
+        title="Modes of the ring",
+        columns=(
+            "mode",
+            "growth rate, 1/s",
+            "growth rate, theory, 1/s",
+            "frequency, rad/s",
+            "frequency, theory, rad/s",
+            "R² of the fit",
+        ),
+        rows=tuple(rows),
+        note="Mode n has n waves round the ring; a negative growth rate is a decay. Measured where "
+        "the mode stands out of what it was before the disturbance and two exponents describe it.",
+    )

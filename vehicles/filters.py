@@ -1,0 +1,42 @@
+"""The filter that a scenario chooses (`estimator.kind`): one interface, three computations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from zenvoy.scenarios import Estimator
+from zenvoy.vehicles.estimator import Filter
+from zenvoy.vehicles.linear import Array
+from zenvoy.vehicles.nonlinear import NonlinearFilter
+
+
+class StateFilter(Protocol):
+    """State of a link, x = [p, v], or of the own speed, x = [v]; m and m/s."""
+
+    x: tuple[float, ...]
+    """Empty before the first measurement."""
+
+    @property
+    def P(self) -> Array:  # noqa: N802  # the letter of the field
+        """Covariance (n, n); raises ValueError before the first measurement."""
+
+    @property
+    def std(self) -> tuple[float, ...]:
+        """Standard deviation of each entry of the state."""
+
+    def reset(self) -> None:
+        """Forget the state; the next measurement starts anew."""
+
+    def step(
+        self, inputs: Sequence[float], z: tuple[float, ...], variances: tuple[float, ...]
+    ) -> None:
+        """Predict one period for each input (m/s²), then take in z (n,) with R's diagonal."""
+
+
+def state_filter(settings: Estimator, period_ns: int) -> StateFilter:
+    """A new filter with these settings and the period of the control cycle."""
+    period_s, acceleration_std = period_ns * 1e-9, settings.acceleration_std_mps2
+    if settings.kind == "kalman":
+        return Filter(period_s, acceleration_std)
+    return NonlinearFilter(settings.kind, period_s, acceleration_std)

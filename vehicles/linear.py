@@ -1,0 +1,30 @@
+"""The linear model of a link and of the own speed from one period to the next, as matrices.
+
+That of the paper, Eq. 4 to 7: x = [p, v], F = [[1, T], [0, 1]], B = [T²/2, T]; for the own speed,
+the same without its first row. What is read is the state itself (H = I).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class LinearModel(NamedTuple):
+    """x' = F x + B a + w: F (n, n), B (n, 1) and Q (n, n), the covariance of w."""
+
+    F: Array
+    B: Array
+    Q: Array
+
+
+def linear_model(period_s: float, acceleration_std: float, size: int) -> LinearModel:
+    """Of a state of `size` numbers; the acceleration a that acts is known to within σ_a, m/s²."""
+    transition = np.array([[1.0, period_s], [0.0, 1.0]])
+    control = np.array([[0.5 * period_s**2], [period_s]])[-size:]
+    noise = acceleration_std**2 * control @ control.T
+    return LinearModel(F=transition[-size:, -size:], B=control, Q=noise)

@@ -1,0 +1,159 @@
+"""The same estimates by filterpy's extended and unscented Kalman filters, for comparison.
+
+Both are made for motions and readings that are not linear. Those of a link are, so both must find
+what the plain filter finds, and what they cost more buys nothing: the paper's reason not to use
+them. Here f(x) = F x + B a and h(x) = x; the EKF's Jacobians are F and I wherever it looks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final, Literal, Protocol
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+from zenvoy.vehicles.linear import Array, LinearModel, linear_model
+
+Moments = tuple[Array, Array]
+"""State x (n,) and its covariance P (n, n)."""
+
+
+class Tracker(Protocol):
+    """One of filterpy's filters, from a first reading z (n,) of covariance R (n, n) on."""
+
+    def __init__(
+        self,
+        model: LinearModel,
+        z: Array,
+        R: Array,  # noqa: N803  # the letter of the field
+    ) -> None: ...
+
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
+        """Predict with each acceleration (m/s²), then take in a reading."""
+
+
+class Extended:
+    """filterpy's ExtendedKalmanFilter."""
+
+    def __init__(self, model: LinearModel, z: Array, R: Array) -> None:  # noqa: N803
+        self._kalman = ExtendedKalmanFilter(dim_x=len(z), dim_z=len(z), dim_u=1)
+        self._kalman.F, self._kalman.B, self._kalman.Q = model
+        self._kalman.x, self._kalman.P = z, R
+
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
+        """Predict with each acceleration (m/s²), then take in a reading."""
+        for a in inputs:
+            self._kalman.predict(u=np.array([a]))
+        self._kalman.update(z, HJacobian=_slope, Hx=_reading, R=R)
+        return self._kalman.x, self._kalman.P
+
+
+class Unscented:
+    """filterpy's UnscentedKalmanFilter on Van der Merwe's sigma points.
+
+    α = 1 and κ = 3 - n put them √3 standard deviations from the mean, with no negative weights;
+    β = 2 is the one for Gaussian errors.
+    """
+
+    def __init__(self, model: LinearModel, z: Array, R: Array) -> None:  # noqa: N803
+        size, control = len(z), model.B[:, 0]
+
+        def moved(x: Array, _dt: None, a: float) -> Array:
+            return np.asarray(model.F @ x + control * a)
+
+        self._points = MerweScaledSigmaPoints(
+            size, alpha=1.0, beta=2.0, kappa=3.0 - size, sqrt_method=upper_root
+        )
+        self._kalman = UnscentedKalmanFilter(
+            dim_x=size, dim_z=size, dt=None, hx=_reading, fx=moved, points=self._points
+        )
+        self._kalman.Q = model.Q
+        self._kalman.x, self._kalman.P = z, R
+        self._identity = np.eye(size)
+
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
+        """Predict with each acceleration (m/s²), then take in a reading."""
+        kalman = self._kalman
+        for a in inputs:
+            kalman.predict(a=a)
+        before = kalman.P
+        if not inputs:  # a prediction leaves them where it ends
+            kalman.sigmas_f = self._points.sigma_points(kalman.x, before)
+        kalman.update(z, R=R)
+        # filterpy subtracts K S Kᵀ, of which nothing true is left where the reading is far better
+        # than the prediction. With h(x) = x, Joseph's form is the same, and stays positive.
+        kept = self._identity - kalman.K
+        kalman.P = kept @ before @ kept.T + kalman.K @ R @ kalman.K.T
+        return kalman.x, kalman.P
+
+
+_TRACKERS: Final[dict[str, type[Tracker]]] = {"ekf": Extended, "ukf": Unscented}
+
+
+class NonlinearFilter:
+    """As `estimator.Filter`, by filterpy's EKF or UKF, with every gain computed anew."""
+
+    def __init__(
+        self, kind: Literal["ekf", "ukf"], period_s: float, acceleration_std: float
+    ) -> None:
+        self._start = _TRACKERS[kind]
+        self._period_s, self._acceleration_std = period_s, acceleration_std
+        self._tracker: Tracker | None = None
+        self._covariance: Array | None = None
+        self.x: tuple[float, ...] = ()
+        """State [p, v] in m and m/s, or [v]; empty before the first measurement."""
+
+    @property
+    def P(self) -> Array:  # noqa: N802
+        """Covariance of the state, (n, n); raises ValueError before the first measurement."""
+        if self._covariance is None:
+            raise ValueError("no measurement yet")
+        return self._covariance
+
+    @property
+    def std(self) -> tuple[float, ...]:
+        """Standard deviation of each entry of the state, m and m/s."""
+        if self._covariance is None:
+            return ()
+        return tuple(math.sqrt(variance) for variance in self._covariance.diagonal().tolist())
+
+    def reset(self) -> None:
+        """Forget the state; the next measurement starts anew."""
+        self.x, self._tracker, self._covariance = (), None, None
+
+    def step(
+        self, inputs: Sequence[float], z: tuple[float, ...], variances: tuple[float, ...]
+    ) -> None:
+        """Predict one period for each input, then take in the measurement, as `Filter.step`."""
+        reading, error = np.array(z), np.diag(variances)
+        if self._tracker is None:
+            model = linear_model(self._period_s, self._acceleration_std, len(z))
+            self._tracker = self._start(model, reading, error)
+            state, self._covariance = reading, error
+        else:
+            state, self._covariance = self._tracker.step(inputs, reading, error)
+        self.x = tuple(state.tolist())
+
+
+def upper_root(P: Array) -> Array:  # noqa: N803
+    """U, upper triangular, with Uᵀ U = P (Cholesky), for P (1, 1) or (2, 2) with P[0, 0] > 0.
+
+    What rounding has left singular has a root too, where LAPACK's gives up.
+    """
+    if len(P) == 1:
+        return np.sqrt(P)
+    first = math.sqrt(P[0, 0])
+    shared = P[0, 1] / first
+    return np.array([[first, shared], [0.0, math.sqrt(max(0.0, P[1, 1] - shared**2))]])
+
+
+def _reading(x: Array) -> Array:
+    """h(x)."""
+    return x
+
+
+def _slope(x: Array) -> Array:
+    """Jacobian of h at x."""
+    return np.eye(len(x))
