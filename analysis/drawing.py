@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Final
+from warnings import catch_warnings, filterwarnings
 
 from matplotlib.figure import Figure
 
@@ -25,8 +26,12 @@ class Drawn:
 
 
 def drawn(picture: Picture) -> Drawn:
-    """Draw a picture; equal data give equal bytes."""
-    with style.look():
+    """Draw a picture; equal data give equal bytes.
+
+    A box stands for what the font has not, such as Chinese in a scenario's name.
+    """
+    with style.look(), catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing from font")
         figure = picture.draw()
         _lay_out(figure)
         png, svg = _saved(figure, "png"), _saved(figure, "svg")
