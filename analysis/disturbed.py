@@ -17,6 +17,7 @@ from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
 
+_FEWEST: Final = 20  # rows
 _BEFORE_S: Final = 5.0  # the speed before the disturbance is the mean over this
 _STANDS_MPS: Final = 0.1
 _NOISY: Final = 0.02  # of the disturbance
@@ -91,8 +92,9 @@ def disturbed(run: Run) -> Disturbed | str:
         return "No vehicle was disturbed: of gains, waves and modes there is nothing to measure."
     source = first.vehicle - 1
     low, high, notes = _window(run, first)
-    if high - low < 20:
-        return "Too little was logged after the disturbance to tell what became of it."
+    if high - low < _FEWEST:
+        few = "Too little is left after the disturbance to tell what became of it."
+        return " ".join([*notes, few])
     speed = run.truth["speed"]
     before = (run.time_s > first.start_s - _BEFORE_S) & (run.time_s <= first.start_s)
     before[max(0, low - 1)] = True  # of long periods none may lie within

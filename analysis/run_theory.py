@@ -88,11 +88,10 @@ def _coupling(run: Run, vehicle: int, mode: int, rows: Rows) -> Coupling | None:
 
 
 def _multi_node(run: Run, vehicle: int, rows: Rows) -> Coupling:
-    """MBCM with as many neighbours as it mostly found on both sides."""
-    control = run.scenario.control.multi_node
+    """MBCM with as many neighbours as it mostly found on both sides; at the end of a road, FM."""
     found = run.estimate["neighbours"][rows, vehicle]
-    m = int(np.bincount(found[found > 0]).argmax())
-    return mbcm(weights_of(control.weights, m))
+    m = int(np.bincount(found).argmax())
+    return mbcm(weights_of(run.scenario.control.multi_node.weights, m)) if m else FM
 
 
 def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]:

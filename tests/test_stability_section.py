@@ -1,0 +1,192 @@
+"""The chapter "String stability": what it says of small runs, and what it says it cannot say."""
+
+from __future__ import annotations
+
+import math
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+
+from tests.logs import write_log
+from zenvoy.analysis import load
+from zenvoy.analysis.section import Section, Sheet
+from zenvoy.analysis.stability_section import stability_section
+from zenvoy.analysis.style import look
+
+QUIET = "sensors: {error: 0}\n"
+BRAKE = "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n"
+
+
+def told(folder: Path, scenario: str) -> Section:
+    """The chapter of a run; every row fits, and every picture can be drawn."""
+    section = stability_section(load(write_log(folder / "run.mcap", scenario)))
+    assert section.title == "String stability"
+    for sheet in section.sheets:
+        assert sheet.rows
+        assert {len(row) for row in sheet.rows} == {len(sheet.columns)}
+    with look():
+        for picture in section.pictures:
+            file = BytesIO()
+            picture.draw().savefig(file, format="png", dpi=50)
+            assert file.tell() > 2_000
+    return section
+
+
+def sheet(section: Section, name: str) -> Sheet:
+    return next(found for found in section.sheets if found.name == name)
+
+
+def pictures(section: Section) -> set[str]:
+    return {picture.name for picture in section.pictures}
+
+
+def test_fm_behind_a_braking(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 60\nroad: {type: open}\nfleet: {size: 6}\ncontrol: {model: FM}\n"
+        "events: [{type: brake, vehicle: 1, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n",
+    )
+    figures = {row[0]: row[2:] for row in sheet(section, "stability-figures").rows}
+    assert figures["string-stable without delay: κ² + 2 k_v κ ≥ 2 k_d"] == (None, "no")
+    for name in (
+        "peak gain to the next vehicle",
+        "largest L2 gain from one vehicle to the next",
+        "largest L∞ gain from one vehicle to the next",
+        "L∞ gain to the vehicle 5 behind",
+        "speed of the dip backwards",
+    ):
+        measured, theory = figures[name]
+        assert measured == pytest.approx(theory, rel=0.01), name
+    vehicles = sheet(section, "stability-vehicles").rows
+    assert [row[:2] for row in vehicles] == [(1 + k, k) for k in range(6)]
+    assert vehicles[0][2:5] == (1.0, 1.0, None)
+    gains = [float(row[5] or 0.0) for row in vehicles]
+    assert gains == sorted(gains)  # it is not string-stable
+    steps = [float(row[7] or 0.0) for row in vehicles[1:]]
+    assert math.prod(steps) == pytest.approx(gains[-1])
+    assert section.notes == (
+        "An open road has no modes of its own: only gains and waves are told.",
+    )
+    expected = {"stability-gains", "stability-frequency", "stability-wave"}
+    assert pictures(section) == expected
+
+
+def test_bcm_on_the_ring_goes_both_ways(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 60\nfleet: {size: 9}\ncontrol: {model: BCM}\n" + BRAKE,
+    )
+    rows = sheet(section, "stability-vehicles").rows
+    assert [row[1] for row in rows] == [-4, -3, -2, -1, 0, 1, 2, 3, 4]
+    assert [row[0] for row in rows] == [7, 8, 9, 1, 2, 3, 4, 5, 6]
+    for before, after in zip(rows[:4], reversed(rows[5:]), strict=True):
+        assert before[2:] == pytest.approx(after[2:], rel=1e-6)  # alike both ways
+    assert pictures(section) >= {"stability-modes", "stability-gains"}
+    modes = sheet(section, "stability-modes").rows
+    assert [row[0] for row in modes] == [1, 2, 3, 4]
+    assert modes[0][1] == pytest.approx(modes[0][2], rel=0.05)
+
+
+def test_a_chirp_has_no_dip_to_follow(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 60\nfleet: {size: 5}\ncontrol: {model: BCM}\n"
+        "events: [{type: sine, vehicle: 1, at_s: 2, duration_s: 20, amplitude_mps: 1,"
+        " frequency_hz: 0.05}]\n",
+    )
+    assert "stability-wave" not in pictures(section)
+    assert not any("dip" in str(row[0]) for row in sheet(section, "stability-figures").rows)
+
+
+def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
+    section = told(tmp_path, "duration_s: 5\nfleet: {size: 4}\n")
+    assert not section.sheets
+    assert section.notes == (
+        "No vehicle was disturbed: of gains, waves and modes there is nothing to measure.",
+    )
+
+
+def test_nothing_of_a_record_that_is_too_short(tmp_path: Path) -> None:
+    section = told(tmp_path, "duration_s: 3\nfleet: {size: 4}\n" + BRAKE)
+    assert section.notes == ("Too little is left after the disturbance to tell what became of it.",)
+
+
+def test_leaves_out_what_comes_after_a_crash(tmp_path: Path) -> None:
+    scenario = "duration_s: 20\nfleet: {size: 5}\ncontrol: {model: FM}\n"
+    hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
+    section = told(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
+    assert any("left out: a collision of vehicle 3" in note for note in section.notes)
+    assert sheet(section, "stability-vehicles").rows
+
+
+def test_says_what_left_too_little(tmp_path: Path) -> None:
+    scenario = "duration_s: 20\nfleet: {size: 5, gap_m: 6}\ncontrol: {model: FM}\n"
+    hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
+    section = told(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
+    assert not section.sheets
+    assert "a collision of vehicle 3" in section.notes[0]
+
+
+def test_leaves_out_what_comes_after_a_switch_or_another_disturbance(tmp_path: Path) -> None:
+    events = BRAKE.replace(
+        "]", ", {type: brake, vehicle: 4, at_s: 12, duration_s: 1, deceleration_mps2: 1}]"
+    )
+    control = "control: {model: BCM, schedule: [{at_s: 15, model: FM}]}\n"
+    both = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + events)
+    assert any("after 12 s is left out: the disturbance of vehicle 4" in n for n in both.notes)
+    switch = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + BRAKE)
+    assert any("after 15 s is left out: the switch to FM" in note for note in switch.notes)
+
+
+def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 30\ncontrol: {model: BCM}\n"
+        "fleet: {size: 6, groups: [{name: old, vehicles: 4, model: FM}]}\n" + BRAKE,
+    )
+    assert any("no modes in closed form" in note for note in section.notes)
+    modes = sheet(section, "stability-modes").rows
+    assert all(row[2] is None for row in modes)
+    assert any(row[1] is not None for row in modes)
+    assert all(row[3] is not None for row in sheet(section, "stability-vehicles").rows)
+
+
+@pytest.mark.parametrize(
+    ("control", "why"),
+    [
+        ("model: CACC", "under CACC, of which it knows nothing"),
+        ("model: BCM, neighbour_state: position", "not of reported positions"),
+        ("model: BCM, gains: {k_d: 0, k_v: 0.5, k_c: 0.1}", "k_d is 0"),
+    ],
+)
+def test_where_theory_has_nothing_to_say(tmp_path: Path, control: str, why: str) -> None:
+    scenario = f"duration_s: 20\nfleet: {{size: 6}}\ncontrol: {{{control}}}\n"
+    section = told(tmp_path, QUIET + scenario + BRAKE)
+    assert any(why in note for note in section.notes)
+    rows = sheet(section, "stability-vehicles").rows
+    assert all(row[3] is None and row[2] is not None for row in rows)
+
+
+def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: PBCM, beacon_age_limit_ms: 150}\n"
+        "channel: {loss: {p: 0.3}}\n" + BRAKE,
+    )
+    notes = "\n".join(section.notes)
+    assert "already scatter by" in notes
+    assert "without the filter's own dynamics" in notes
+    assert "under another law than most of the time" in notes
+    late = told(
+        tmp_path,
+        QUIET + "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: BCM, v2v_wait_ms: 0}\n" + BRAKE,
+    )
+    assert any("100 ms old on average" in note for note in late.notes)
+
+
+def test_more_vehicles_than_matrices_are_solved_for(tmp_path: Path) -> None:
+    scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
+    section = told(tmp_path, QUIET + scenario + BRAKE)
+    assert "More than 150 vehicles: no theory of each of them." in section.notes
+    assert len(sheet(section, "stability-vehicles").rows) == 151
