@@ -64,14 +64,16 @@ def settled(run: Digest, name: str, from_s: float, to_s: float) -> float:
 
 
 def lowest(run: Digest, name: str, from_s: float, to_s: float) -> float:
-    """Smallest value over a span of time."""
+    """Smallest value over a span of time, NaN where the run has nothing there."""
     within = (run.time_s > from_s - 1e-9) & (run.time_s < to_s + 1e-9)
-    return float(getattr(run, name)[within].min())
+    values = getattr(run, name)[within]
+    return float(values.min()) if values.size else float("nan")
 
 
 def at(run: Digest, name: str, time_s: float) -> float:
-    """Value at an instant."""
-    return float(getattr(run, name)[int(np.searchsorted(run.time_s, time_s - 1e-9))])
+    """Value at an instant, NaN where the run was over by then."""
+    row = int(np.searchsorted(run.time_s, time_s - 1e-9))
+    return float(getattr(run, name)[row]) if row < len(run.time_s) else float("nan")
 
 
 def recovery_s(run: Digest, brake_s: float = 10.0, span_s: float = 5.0) -> float:

@@ -8,7 +8,7 @@ from itertools import product
 from typing import Final
 
 from zenvoy.analysis import reproduction_figures as figures
-from zenvoy.analysis.claims import TABLE_6, Claim, claims
+from zenvoy.analysis.claims import TABLE_6, Answer, Claim, answers
 from zenvoy.analysis.digest import Digest
 from zenvoy.analysis.digits import columns
 from zenvoy.analysis.evidence import MODELS, PAIRS, Evidence, at, case, lowest, settled
@@ -220,8 +220,8 @@ def markdown(sheet: Sheet) -> str:
 
 def claims_page(evidence: Evidence, how: Sequence[str]) -> str:
     """claims.md: a row per claim; `how` says how the figures were taken."""
-    found = claims(evidence)
-    counts = [f"{sum(c.verdict == v for c in found)} {v}" for v in _VERDICTS]
+    found = answers(evidence)
+    counts = [f"{sum(a.verdict == v for _, a in found)} {v}" for v in _VERDICTS]
     lines = [
         "# The paper's claims, and what we measured",
         "",
@@ -231,7 +231,7 @@ def claims_page(evidence: Evidence, how: Sequence[str]) -> str:
         "",
         "| where | the paper says | measured here | verdict | why |",
         "|---|---|---|---|---|",
-        *(_claim_row(claim) for claim in found),
+        *(_claim_row(claim, answer) for claim, answer in found),
         "",
     ]
     return "\n".join(lines)
@@ -247,6 +247,6 @@ _VERDICTS: Final = (
 )
 
 
-def _claim_row(claim: Claim) -> str:
-    cells = (claim.where, claim.says, claim.ours, f"**{claim.verdict}**", claim.why)
+def _claim_row(claim: Claim, answer: Answer) -> str:
+    cells = (claim.where, claim.says, answer.ours, f"**{answer.verdict}**", answer.why)
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -28,7 +28,8 @@ class Mean:
     def text(self, digits: int = 2, unit: str = "") -> str:
         """As "36.70 ± 0.02 m"."""
         half = (self.high - self.low) / 2.0
-        return f"{self.mean:.{digits}f} ± {half:.{digits}f}{unit and ' ' + unit}"
+        spread = "" if np.isnan(half) else f" ± {half:.{digits}f}"
+        return f"{self.mean:.{digits}f}{spread}{unit and ' ' + unit}"
 
 
 def mean_of(values: Sequence[float]) -> Mean:

@@ -6,6 +6,7 @@ array already. Filling a repeated field element by element costs 20 to 50 times 
 
 from __future__ import annotations
 
+from functools import cache, lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -104,11 +105,13 @@ def encode_bytes(number: int, payload: bytes) -> bytes:
     return tag(number, _LENGTH_DELIMITED) + varint(len(payload)) + payload
 
 
+@cache
 def tag(number: int, wire: int) -> bytes:
     """What stands before a field's value: its number and protobuf wire type."""
     return varint(number << 3 | wire)
 
 
+@lru_cache(maxsize=1_024)  # lengths come again and again
 def varint(value: int) -> bytes:
     """A number of 0 or more in protobuf's variable-width encoding."""
     parts = bytearray()

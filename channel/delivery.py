@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
+from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.packed import encode_bytes
 from zenvoy.bus.topics import RECEIVE
 
 Ints = NDArray[np.int64]
 
+_HEAD: Final = FlatEncoder(pb.Receive.DESCRIPTOR, leave_out=("source", "arrived_ns", "beacon"))
 _SOURCE: Final = pb.Receive.SOURCE_FIELD_NUMBER
 _ARRIVED: Final = pb.Receive.ARRIVED_NS_FIELD_NUMBER
 _BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
@@ -61,13 +63,12 @@ class Air:
         bounds = np.searchsorted(self._destination[due], [*self._vehicles, len(self._vehicles) + 1])
         source = self._source[due].astype("<u4").tobytes()
         arrived = self._arrived_ns[due].astype("<i8").tobytes()
-        beacons = [self._beacons[number] for number in self._number[due].tolist()]
+        beacons = list(map(self._beacons.__getitem__, self._number[due].tolist()))
         receives = []
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
         for vehicle, (start, end) in zip(self._vehicles, spans, strict=True):
-            head = pb.Receive(cycle=cycle, time_ns=until_ns, vehicle=vehicle)
             pieces = (
-                head.SerializeToString(),
+                _HEAD.encode(cycle, until_ns, vehicle),
                 encode_bytes(_SOURCE, source[4 * start : 4 * end]),
                 encode_bytes(_ARRIVED, arrived[8 * start : 8 * end]),
                 *beacons[start:end],

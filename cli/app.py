@@ -198,7 +198,7 @@ def export(
 
 @app.command()
 def reproduce(
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each case, from 1 on.")] = 30,
+    seeds: Annotated[int, typer.Option(min=2, help="Seeds of each case, from 1 on.")] = 30,
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
     ] = None,
