@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Final
+from warnings import catch_warnings, filterwarnings
 
 from matplotlib.figure import Figure
 
@@ -25,15 +26,26 @@ class Drawn:
 
 
 def drawn(picture: Picture) -> Drawn:
-    """Draw a picture; equal data give equal bytes."""
-    with style.look():
+    """Draw a picture; equal data give equal bytes.
+
+    A box stands for what the font has not, such as Chinese in a scenario's name.
+    """
+    with style.look(), catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing from font")
         figure = picture.draw()
-        png = _saved(figure, "png")
-        # The places found for the PNG hold for the SVG; to find them anew costs as much again.
-        figure.set_layout_engine("none")
-        svg = _saved(figure, "svg")
+        _lay_out(figure)
+        png, svg = _saved(figure, "png"), _saved(figure, "svg")
     width_in, height_in = figure.get_size_inches()
     return Drawn(png=png, svg=svg, width_in=float(width_in), height_in=float(height_in))
+
+
+def _lay_out(figure: Figure) -> None:
+    """Find the places of axes and labels once: each saving would else draw everything for that."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        figure.set_dpi(DPI)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def _saved(figure: Figure, form: str) -> bytes:

@@ -15,7 +15,7 @@ from rich.text import Text
 from zenvoy.analysis.digits import Column, columns
 from zenvoy.analysis.section import Section, Sheet
 
-MOST_ROWS: Final = 50  # of a table on the terminal; its CSV has them all
+MOST_ROWS: Final = 20  # of a table on the terminal; its CSV has them all
 _BETWEEN: Final = 3  # columns of the terminal between two of a table
 _TITLES: Final = (40, 12, 9)  # to which titles are folded: the first at which a table fits
 _TEXT: Final = 24  # texts are not folded to less

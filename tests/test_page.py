@@ -145,6 +145,19 @@ def test_equal_data_give_equal_bytes(pictures: dict[str, Drawn]) -> None:
     assert not re.search(rb"20\d\d-\d\d-\d\d", pictures["line"].svg)
 
 
+def test_what_the_font_has_not_is_no_reason_to_warn() -> None:
+    """Warnings are errors here; and dollars are dollars."""
+
+    def named() -> Figure:
+        figure, axes = style.subplots(height_in=1.5)
+        axes.plot([0, 1], label=style.plain("_车队 $\\frac$"))
+        axes.legend()
+        assert len(axes.get_legend().get_texts()) == 1
+        return figure  # type: ignore[no-any-return]
+
+    assert drawn(Picture(name="named", caption="A name.", draw=named)).png
+
+
 @pytest.mark.parametrize(
     "html", ["<p><b></p></b>", "</p>", '<p id="a"></p><p id="a"></p>', '<a href="http://x">x</a>']
 )

@@ -63,6 +63,12 @@ def page(left: dict[str, bytes]) -> Read:
     return read(left["report.html"].decode())
 
 
+def test_the_chapters_come_in_their_order(page: Read) -> None:
+    chapters = ["Overview", "Motion", "String stability", "Estimation", "V2V"]
+    assert page.said("a") == chapters
+    assert page.said("h2") == ["Contents", *chapters]
+
+
 def test_every_picture_and_table_is_left_in_every_form(left: dict[str, bytes], page: Read) -> None:
     figures = {name.removeprefix("figure-") for name in page.all("figure", "id")}
     tables = {name.removeprefix("table-") for name in page.all("div", "id")}
