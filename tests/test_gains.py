@@ -19,6 +19,12 @@ Q = ACCELERATION_STD**2 * B @ B.T
 R = np.diag(VARIANCES)
 
 
+@pytest.fixture(autouse=True)
+def _unused_graphs() -> None:
+    """Tests of other modules may have filled the graph of this model, which then keeps no more."""
+    gain_schedule.cache_clear()
+
+
 def riccati(before: Floats, periods: int) -> tuple[Floats, Floats]:
     """P and K after `periods` predictions and an update, straight from the textbook."""
     p = before
