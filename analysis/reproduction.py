@@ -173,7 +173,8 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
         Picture(
             name="heat-maps",
             caption="Speed of every vehicle over time; error 10 %, delay 0.1 s, first seed. Bright"
-            " is fast, even is stable.",
+            " is fast, even is stable. The bilateral models share a scale of 4 m/s; on that of FM,"
+            " of 60 m/s, they would be of one colour.",
             draw=partial(figures.heat_maps, evidence),
         ),
         Picture(

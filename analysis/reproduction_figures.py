@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 _LOUD: Final = Pair(0.10, 0.1)  # cases 3, 7, 11, 15, of which the paper shows most
 _BILATERAL: Final = ("BCM", "MBCM", "PBCM")
 _EQUAL_GAP_M: Final = 37.5
+_STEP: Final = 5  # rows of a digest from one point of a line to the next
 
 
 def error_reduction(evidence: Evidence) -> Figure:
@@ -59,15 +60,19 @@ def snapshots(evidence: Evidence) -> Figure:
         place.set_xlabel("vehicle")
     for place in axes[:, 0]:
         place.set_ylabel("speed, m/s")
-    axes[0, 0].set_ylim(-1.0, 36.0)
+    axes[0, 0].set_ylim(bottom=-1.0)
     axes[0, 0].legend(loc="lower center", ncols=4, columnspacing=1.0)
     return _typed(figure)
 
 
 def heat_maps(evidence: Evidence) -> Figure:
-    """Speed, vehicle by time, of PBCM, MBCM, BCM and FM on one scale (10 %, 0.1 s)."""
+    """Speed, vehicle by time, of PBCM, MBCM, BCM and FM (10 %, 0.1 s).
+
+    FM has a scale of its own: on it the others would be of one colour.
+    """
     figure, axes = subplots(4, 1, height_in=7.6, sharex=True)
-    for place, model in zip(axes, ("PBCM", "MBCM", "BCM", "FM"), strict=True):
+    spans = {"PBCM": (28.0, 32.0), "MBCM": (28.0, 32.0), "BCM": (28.0, 32.0), "FM": (0.0, 60.0)}
+    for place, (model, (low, high)) in zip(axes, spans.items(), strict=True):
         run = evidence[case(model, _LOUD)][0]
         n = run.speed.shape[1]
         image = place.imshow(
@@ -76,15 +81,19 @@ def heat_maps(evidence: Evidence) -> Figure:
             origin="lower",
             extent=(run.time_s[0], run.time_s[-1], 0.5, n + 0.5),
             cmap=SPEED_MAP,
-            vmin=0.0,
-            vmax=35.0,
+            vmin=low,
+            vmax=high,
             interpolation="none",
         )
         place.set_title(f"{model}, case {int(case(model, _LOUD))}")
         place.set_ylabel("vehicle")
         place.grid(visible=False)
+        if model in {"BCM", "FM"}:  # the last of those that share a scale
+            of = axes[:3] if model == "BCM" else axes[3:]
+            figure.colorbar(
+                image, ax=list(of), label="speed, m/s", extend="both", aspect=12 * len(of)
+            )
     axes[-1].set_xlabel("time, s")
-    figure.colorbar(image, ax=list(axes), label="speed, m/s", aspect=40)
     return _typed(figure)
 
 
@@ -106,8 +115,8 @@ def _means(axes: Any, evidence: Evidence, pair: Pair, name: str) -> None:
     axes.axhline(_EQUAL_GAP_M, color="#BBBBBB", lw=0.8, ls=":")
     for model in _BILATERAL:
         label = case(model, pair)
-        time_s = evidence[label][0].time_s
-        mean, half = mean_and_half(evidence.series(label, name))
+        time_s = evidence[label][0].time_s[::_STEP]
+        mean, half = mean_and_half(evidence.series(label, name)[:, ::_STEP])
         colour = MODEL_COLOURS[model]
         axes.fill_between(time_s, mean - half, mean + half, color=colour, alpha=0.25, lw=0)
         axes.plot(time_s, mean, color=colour, lw=0.9, label=model)
