@@ -29,7 +29,7 @@ class Radio:
         everyone, payloads = self._everyone, receive.beacon
         beacons = [
             beacon
-            for row, source in enumerate(receive.source)
+            for row, source in enumerate(receive.source[:])  # a list is faster to go through
             if source in everyone and (beacon := self._understood(payloads[row]))
         ]
         news = []
