@@ -14,8 +14,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.agreement import agreement
 from zenvoy.analysis.load import Run
-from zenvoy.analysis.metrics import fit, gaps, max_distance, min_distance
+from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
@@ -155,10 +156,7 @@ def _fits(run: Run, gap: Floats, span_s: tuple[float, float]) -> dict[str, dict[
 
 
 def _fit(values: Floats, truth: Floats) -> dict[str, float] | None:
-    """RMSE, R² = 1 - SS_res / SS_tot, and the square of Pearson's correlation."""
-    agreement = fit(values, truth)
-    if agreement is None:
+    found = agreement(values, truth)
+    if found is None:
         return None
-    known = ~(np.isnan(values) | np.isnan(truth))
-    r = float(np.corrcoef(values[known], truth[known])[0, 1])
-    return {"rmse": agreement.rmse, "r2": agreement.r2, "r2_correlation": r * r}
+    return {"rmse": found.rmse, "r2": found.r2, "r2_correlation": found.r2_correlation}
