@@ -132,13 +132,19 @@ def test_a_chain_is_as_long_as_on_the_shorter_side() -> None:
     assert [(event.vehicle, event.cycle) for event in falls] == [(5, 0)]
 
 
-def test_the_open_road_has_ends() -> None:
-    tables = simulate(road={"type": "open"}, control={"model": "MBCM"})
+@pytest.mark.parametrize("state", ["radar", "position"])
+def test_the_open_road_has_ends(state: str) -> None:
+    control = {"model": "MBCM", "neighbour_state": state}
+    tables = simulate(road={"type": "open"}, control=control)
     assert np.all(tables["estimate"]["neighbours"] == [0, 1, 2, *[3] * 6, 2, 1, 0])
     truth, a = tables["truth"], tables["fleet command"]["acceleration"]
     p, v = truth["position"][:-1], truth["speed"][:-1]
-    last = K_D * (p[:, -2] - p[:, -1] - 37.5) + K_V * (v[:, -2] - v[:, -1]) + K_C * (30 - v[:, -1])
-    np.testing.assert_allclose(a[:, -1], last, atol=1e-9)
+    here = p + (0.011 * v if state == "position" else 0.0)  # where a vehicle is when it decides
+    last = K_D * (p[:, -2] - here[:, -1] - 37.5) + K_V * (v[:, -2] - v[:, -1])
+    np.testing.assert_allclose(a[:, -1], last + K_C * (V_DES - v[:, -1]), atol=1e-9)
+    second = K_D * (p[:, 0] - 2 * here[:, 1] + p[:, 2]) + K_V * (v[:, 0] - 2 * v[:, 1] + v[:, 2])
+    expected = np.clip(second + K_C * (V_DES - v[:, 1]), -3.0, 3.0)
+    np.testing.assert_allclose(a[:, 1], expected, atol=1e-9)
     assert np.all(a[:, 0] == 0.0)
 
 
