@@ -97,13 +97,15 @@ def response(head: Floats, tail: Floats, period_s: float, least: float) -> Respo
 
     Ratio of their Fourier transforms, which for motions that begin and end at rest is that of
     their speeds, also where the speed does not come back. Only frequencies at which the head has
-    at least the share `least` of its largest amplitude are told, and none of fewer than eight
-    periods a swing: there it matters how commands are held.
+    at least the share `least` of its largest amplitude, of acceleration or of speed, are told, and
+    none of fewer than eight periods a swing: there it matters how commands are held.
     """
     spectrum, after = np.fft.rfft(head), np.fft.rfft(tail)
     omega = 2.0 * np.pi * np.fft.rfftfreq(len(head), period_s)
     slow = (omega > 0.0) & (omega <= 0.25 * np.pi / period_s)
-    shown = slow & (np.abs(spectrum) >= least * np.abs(spectrum).max())
+    shown = np.zeros(len(omega), dtype=np.bool_)
+    for size in (np.abs(spectrum), np.abs(spectrum) / np.where(omega > 0.0, omega, np.inf)):
+        shown |= slow & (size >= least * size.max())
     return Response(np.asarray(omega[shown]), np.asarray(after[shown] / spectrum[shown]))
 
 

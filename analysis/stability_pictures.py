@@ -22,6 +22,7 @@ EXCITED: Final = 0.05  # share of the largest amplitude from which a frequency i
 
 _MEASURED: Final = CYCLE[0]
 _RESTS: Final = 0.05  # of its largest acceleration: what a settled vehicle may still show
+_LAST: Final = 50  # a fiftieth of the record, but at least a second, is its end
 _SHOWN: Final = (1, 3, 10)  # vehicles behind the disturbed one, and the last one
 _SMALLEST: Final = 1e-3  # gain, amplitude relative to the largest: the axes' lower ends
 
@@ -55,7 +56,7 @@ def gain_picture(case: Disturbed) -> Figure:
 def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
     """Vehicles (n,) whose acceleration has died out at the end of the record."""
     acceleration = np.abs(_acceleration(run, case))
-    last = acceleration[-max(1, len(acceleration) // 10) :]
+    last = acceleration[-max(round(1.0 / case.period_s), len(acceleration) // _LAST, 1) :]
     return np.asarray(last.max(axis=0) <= _RESTS * acceleration.max(axis=0))
 
 

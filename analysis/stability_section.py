@@ -17,7 +17,8 @@ from zenvoy.analysis.stability_pictures import (
     settled,
     wave_picture,
 )
-from zenvoy.analysis.stability_sheets import figure_sheet, mode_sheet, vehicle_sheet
+from zenvoy.analysis.stability_sheets import figure_sheet, mode_sheet
+from zenvoy.analysis.stability_vehicles import vehicle_sheet
 
 _TITLE: Final = "String stability"
 

@@ -1,9 +1,8 @@
-"""Tables of string stability: figures, vehicles and modes, measured beside theory."""
+"""Tables of string stability: figures and modes, measured beside theory."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -13,8 +12,9 @@ from zenvoy.analysis.disturbed import Disturbed
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.ring_modes import Modes
 from zenvoy.analysis.section import Cell, Sheet
-from zenvoy.analysis.stability import Norms, response, wave_speed
+from zenvoy.analysis.stability import response, wave_speed
 from zenvoy.analysis.stability_pictures import EXCITED, followers
+from zenvoy.analysis.stability_vehicles import gains_beside, pair
 from zenvoy.analysis.theory import FM, group_delay_s, is_string_stable, peak_gain
 from zenvoy.analysis.theory_chain import Member
 from zenvoy.analysis.theory_ring import long_wave_speed, metres_per_second
@@ -41,24 +41,14 @@ def _gains(case: Disturbed) -> list[Row]:
     rows: list[Row] = []
     last = len(case.behind) - 1
     for field, name in (("l2", "L2"), ("linf", "L∞")):
-        both = [getattr(gains, field) for gains in _both(case)]
+        both = [getattr(gains, field) for gains in gains_beside(case)]
         steps = [_largest_step(case, values) for values in both]
         ends = [float(values[case.behind[-1]]) for values in both]
         rows += [
-            (f"largest {name} gain from one vehicle to the next", "", *_two(steps)),
-            (f"{name} gain to the vehicle {last} behind", "", *_two(ends)),
+            (f"largest {name} gain from one vehicle to the next", "", *pair(steps)),
+            (f"{name} gain to the vehicle {last} behind", "", *pair(ends)),
         ]
     return rows
-
-
-def _both(case: Disturbed) -> list[Norms]:
-    """Gains measured, and by theory where it says something."""
-    known = (values for values in (case.deviation, case.predicted) if values is not None)
-    return [case.gains(values) for values in known]
-
-
-def _two(values: Sequence[float | None]) -> tuple[float | None, float | None]:
-    return values[0], values[1] if len(values) > 1 else None
 
 
 def _largest_step(case: Disturbed, gain: Floats) -> float | None:
@@ -177,58 +167,6 @@ def _slowest(modes: Modes) -> list[Row]:
 
 def _half_life(rate: float) -> float | None:
     return math.log(2.0) / -rate if rate < 0.0 else None
-
-
-def vehicle_sheet(case: Disturbed) -> Sheet:
-    """A row per vehicle that the disturbance reaches, from the front to the back."""
-    backwards = _vehicle_rows(case, case.behind, 1)
-    forwards = _vehicle_rows(case, case.ahead, -1)[1:]
-    return Sheet(
-        name="stability-vehicles",
-        title="Away from the disturbed vehicle",
-        columns=(
-            "vehicle",
-            "behind",
-            "L2 gain",
-            "L2 gain, theory",
-            "L2 gain, last step",
-            "L∞ gain",
-            "L∞ gain, theory",
-            "L∞ gain, last step",
-            "lowest at, s",
-            "lowest at, theory, s",
-        ),
-        rows=(*reversed(forwards), *backwards),
-        note="Norms of the deviation of speed from that before, over those of the disturbed "
-        "vehicle, over the time in which theory expects 99 % of their energy. Last step: over "
-        "those of the next vehicle on the way to it, where that one's stand out of the noise. "
-        "Lowest: when the dip of speed of a braking was there.",
-    )
-
-
-def _vehicle_rows(case: Disturbed, order: NDArray[np.int64], sign: int) -> list[Row]:
-    times = _dip_times(case, case.deviation, order)
-    expected = _dip_times(case, case.predicted, order)
-    seen, both = case.seen, _both(case)
-    rows = []
-    for k, index in enumerate(order):
-        row: list[Cell] = [int(index) + 1, sign * k]
-        before = order[k - 1]
-        for field in ("l2", "linf"):
-            gain = getattr(both[0], field)
-            step = float(gain[index] / gain[before]) if k and seen[before] else None
-            row += [*_two([float(getattr(gains, field)[index]) for gains in both]), step]
-        rows.append((*row, times[k], expected[k]))
-    return rows
-
-
-def _dip_times(
-    case: Disturbed, deviation: Floats | None, order: NDArray[np.int64]
-) -> list[float | None]:
-    if deviation is None or case.disturbance.kind != "brake":
-        return [None] * len(order)
-    found: list[float | None] = case.dips(deviation, order).time_s.tolist()
-    return found + [None] * (len(order) - len(found))
 
 
 def mode_sheet(modes: Modes) -> Sheet:

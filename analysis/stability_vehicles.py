@@ -1,0 +1,78 @@
+"""The table of vehicles that a disturbance reaches: gains and dips, measured beside theory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.disturbed import Disturbed
+from zenvoy.analysis.section import Cell, Sheet
+from zenvoy.analysis.stability import Norms
+
+Floats = NDArray[np.float64]
+Row = tuple[Cell, ...]
+
+
+def vehicle_sheet(case: Disturbed) -> Sheet:
+    """A row per vehicle that the disturbance reaches, from the front to the back."""
+    backwards = _vehicle_rows(case, case.behind, 1)
+    forwards = _vehicle_rows(case, case.ahead, -1)[1:]
+    return Sheet(
+        name="stability-vehicles",
+        title="Away from the disturbed vehicle",
+        columns=(
+            "vehicle",
+            "behind",
+            "L2 gain",
+            "L2 gain, theory",
+            "L2 gain, last step",
+            "L∞ gain",
+            "L∞ gain, theory",
+            "L∞ gain, last step",
+            "lowest at, s",
+            "lowest at, theory, s",
+        ),
+        rows=(*reversed(forwards), *backwards),
+        note="Norms of the deviation of speed from that before, over those of the disturbed "
+        "vehicle, over the time in which theory expects 99 % of their energy. Last step: over "
+        "those of the next vehicle on the way to it, where that one's stand out of the noise. "
+        "Lowest: when the dip of speed of a braking was there.",
+    )
+
+
+def _vehicle_rows(case: Disturbed, order: NDArray[np.int64], sign: int) -> list[Row]:
+    times = _dip_times(case, case.deviation, order)
+    expected = _dip_times(case, case.predicted, order)
+    seen, both = case.seen, gains_beside(case)
+    rows = []
+    for k, index in enumerate(order):
+        row: list[Cell] = [int(index) + 1, sign * k]
+        before = order[k - 1]
+        for field in ("l2", "linf"):
+            gain = getattr(both[0], field)
+            step = float(gain[index] / gain[before]) if k and seen[before] else None
+            row += [*pair([float(getattr(gains, field)[index]) for gains in both]), step]
+        rows.append((*row, times[k], expected[k]))
+    return rows
+
+
+def _dip_times(
+    case: Disturbed, deviation: Floats | None, order: NDArray[np.int64]
+) -> list[float | None]:
+    if deviation is None or case.disturbance.kind != "brake":
+        return [None] * len(order)
+    found: list[float | None] = case.dips(deviation, order).time_s.tolist()
+    return found + [None] * (len(order) - len(found))
+
+
+def gains_beside(case: Disturbed) -> list[Norms]:
+    """Gains measured, and by theory where it says something."""
+    known = (values for values in (case.deviation, case.predicted) if values is not None)
+    return [case.gains(values) for values in known]
+
+
+def pair(values: Sequence[float | None]) -> tuple[float | None, float | None]:
+    """What was measured and what theory says, None where it is silent."""
+    return values[0], values[1] if len(values) > 1 else None
