@@ -142,7 +142,7 @@ class Command:
                 stdout=out if stdout is None else stdout,
                 stderr=err,
                 start_new_session=True,
-                preexec_fn=None if limit is None else lambda: _limit(*limit),  # noqa: PLW1509
+                preexec_fn=lambda: _as_in_a_terminal(limit),  # noqa: PLW1509
             )
 
     @property
@@ -242,9 +242,14 @@ def _title(pid: int) -> list[str]:
         return []
 
 
-def _limit(which: int, size: int) -> None:
-    """As a shell's `ulimit` does."""
-    resource.setrlimit(which, (size, size))
+def _as_in_a_terminal(limit: tuple[int, int] | None) -> None:
+    """Ctrl-C ends it, though a shell that puts the tests into the background ignores it for all.
+
+    `limit`: which resource to hold to which size, as a shell's `ulimit` does.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if limit is not None:
+        resource.setrlimit(limit[0], (limit[1], limit[1]))
 
 
 @contextmanager
