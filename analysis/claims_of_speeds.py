@@ -56,7 +56,9 @@ def jam_at_30(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"mean of vehicles 6 to 10 {nearby.text(1, 'm/s')}; slowest of all"
         f" {slowest.text(1, 'm/s')}",
-        verdict="confirmed" if nearby.mean < 1.0 else "weaker",
+        verdict="confirmed"
+        if nearby.mean < 1.0
+        else ("weaker" if nearby.mean < 15.0 else "not confirmed"),
         why="The wave grows as it travels back. With the gains assumed here (the paper gives none)"
         " it is not yet a standstill after 20 s; it is later, see below.",
     )
