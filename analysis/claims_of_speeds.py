@@ -6,7 +6,7 @@ from typing import Final
 
 from zenvoy.analysis.claim import BILATERAL, END_S, LOUD, Answer, claim
 from zenvoy.analysis.evidence import Evidence, at, case, settled
-from zenvoy.analysis.statistics import mean_of
+from zenvoy.analysis.statistics import Mean, mean_of
 
 
 @claim(
@@ -70,18 +70,17 @@ def jam_at_30(evidence: Evidence) -> Answer:
 )
 def collapse(evidence: Evidence) -> Answer:
     label = case("FM", LOUD)
-    standing = {
-        at_s: evidence.over(label, lambda run, at_s=at_s: run.facts["standing"][at_s])  # type: ignore[misc]
-        for at_s in ("100", "300")
-    }
+
+    def standing(at_s: str) -> Mean:
+        return evidence.over(label, lambda run: run.facts["standing"][at_s])
+
+    soon, late = standing("100"), standing("300")
     stopped = evidence.over(label, lambda run: float(run.mean_speed[-1]))
-    fallen = standing["300"].mean > 13.0
+    fallen = late.mean > 13.0
     return Answer(
-        ours=f"standing: {standing['100'].text(1)} of 40 at 100 s, {standing['300'].text(1)} at"
+        ours=f"standing: {soon.text(1)} of 40 at 100 s, {late.text(1)} at"
         f" 300 s; mean speed at the end {stopped.text(1, 'm/s')}",
-        verdict=("confirmed" if standing["100"].mean > 30 else "weaker")
-        if fallen
-        else "not confirmed",
+        verdict=("confirmed" if soon.mean > 30 else "weaker") if fallen else "not confirmed",
         why="FM collapses into stop-and-go waves: the vehicles that stand at any one time are those"
         " within a wave, and in between others drive.",
     )

@@ -7,6 +7,8 @@ from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from zenvoy.analysis import style
@@ -103,10 +105,9 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
     low, high = min(speed.min() for speed in speeds), max(speed.max() for speed in speeds)
     last_s = max(run.time_s[-1] for _, run in runs)
     most = max(run.vehicles for _, run in runs)
-    image = None
     for axes, (label, run), speed in zip(grid.flat, runs, speeds, strict=False):
         extent = (run.time_s[0], run.time_s[-1], 0.5, run.vehicles + 0.5)
-        image = axes.imshow(
+        axes.imshow(
             speed.T,
             aspect="auto",
             origin="lower",
@@ -122,10 +123,11 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
         axes.yaxis.get_major_locator().set_params(integer=True)
     for axes in grid.flat[len(runs) :]:
         axes.set_visible(False)
-    figure.colorbar(image, ax=grid, label="speed, m/s")
+    scale = ScalarMappable(Normalize(low, high), style.SPEED_MAP)
+    figure.colorbar(scale, ax=grid, label="speed, m/s")
     figure.supxlabel("time, s", fontsize="medium")
     figure.supylabel("vehicle", fontsize="medium")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _distances(runs: Sequence[Labelled]) -> Figure:
@@ -139,7 +141,7 @@ def _distances(runs: Sequence[Labelled]) -> Figure:
     pair[1].set_xlabel("time, s")
     pair[1].set_xlim(0.0, max(run.time_s[-1] for _, run in runs))
     _legend(figure, pair[0])
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def instants_s(runs: Sequence[Labelled]) -> list[float]:
@@ -173,7 +175,7 @@ def _snapshots(runs: Sequence[Labelled]) -> Figure:
     figure.supxlabel("vehicle", fontsize="medium")
     figure.supylabel("speed, m/s", fontsize="medium")
     _legend(figure, grid[0, 0])
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _latencies(runs: Sequence[Labelled]) -> list[Steps | None]:
@@ -205,4 +207,4 @@ def _delays(runs: Sequence[Labelled], distributions: Sequence[list[Steps | None]
     pair[0].set(xlabel="latency of a frame, ms", ylabel="at most so much, %", ylim=(0.0, 102.0))
     pair[1].set_xlabel("age of the data of the vehicle behind, ms")
     _legend(figure, pair[0])
-    return figure  # type: ignore[no-any-return]
+    return figure

@@ -46,7 +46,7 @@ def distance_bars(run: Run) -> Figure:
     axes.set_xlabel("time, s")
     axes.set_ylabel("distance, m")
     axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def bars(axes: Any, middles_s: Floats, band: Band, colour: str) -> None:
@@ -79,7 +79,7 @@ def collision_time(run: Run) -> Figure:
     below.set_xlim(time_s[0], time_s[-1])
     below.set_xlabel("time, s")
     below.legend(loc="upper right")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def headways(run: Run) -> Figure:
@@ -100,7 +100,7 @@ def headways(run: Run) -> Figure:
     axes.set_xlim(0.0, _HEADWAY_S)
     axes.set_xlabel(f"time headway, s (the last bar: {_HEADWAY_S:g} s and more)")
     axes.set_ylabel("share of time, %")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def run_time_to_collision(run: Run) -> Floats:

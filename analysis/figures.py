@@ -28,7 +28,7 @@ def overview(run: Run) -> Figure:
     _one_link(link, run, gap)
     title = f"{run.name}, seed {run.seed}, {run.vehicles} vehicles"
     figure.suptitle(style.plain(title))
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]) -> None:

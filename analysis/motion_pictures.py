@@ -41,7 +41,7 @@ def space_time(run: Run) -> Figure:
     )
     axes[1].set_xlabel("time, s")
     figure.colorbar(lines, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _window(run: Run) -> tuple[float, float]:
@@ -132,7 +132,7 @@ def heat_map(run: Run) -> Figure:
     figure.colorbar(image, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def mark(axes: Any, run: Run, colour: str) -> None:
@@ -168,4 +168,4 @@ def snapshots(run: Run) -> Figure:
     np.atleast_1d(axes)[-1].set_xlabel("vehicle")
     np.atleast_1d(axes)[-1].set_xlim(0.0, run.vehicles + 1.0)
     figure.supylabel("speed, m/s", fontsize="medium")
-    return figure  # type: ignore[no-any-return]
+    return figure

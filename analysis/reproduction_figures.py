@@ -36,7 +36,7 @@ def error_reduction(evidence: Evidence) -> Figure:
     axes[0, 1].set_title("PBCM (case 15)")
     for below in axes[1]:
         below.set_xlabel("time, s")
-    return _typed(figure)
+    return figure
 
 
 def _pair(axes: Any, run: Digest, true: int, other: int, colour: str, name: str) -> None:
@@ -62,7 +62,7 @@ def snapshots(evidence: Evidence) -> Figure:
         place.set_ylabel("speed, m/s")
     axes[0, 0].set_ylim(bottom=-1.0)
     axes[0, 0].legend(loc="lower center", ncols=4, columnspacing=1.0)
-    return _typed(figure)
+    return figure
 
 
 def heat_maps(evidence: Evidence) -> Figure:
@@ -94,7 +94,7 @@ def heat_maps(evidence: Evidence) -> Figure:
                 image, ax=list(of), label="speed, m/s", extend="both", aspect=12 * len(of)
             )
     axes[-1].set_xlabel("time, s")
-    return _typed(figure)
+    return figure
 
 
 def min_distances(evidence: Evidence) -> Figure:
@@ -108,7 +108,7 @@ def min_distances(evidence: Evidence) -> Figure:
     for place in axes[:, 0]:
         place.set_ylabel("MinDistance, m")
     axes[0, 0].legend(loc="lower right", ncols=3)
-    return _typed(figure)
+    return figure
 
 
 def _means(axes: Any, evidence: Evidence, pair: Pair, name: str) -> None:
@@ -131,7 +131,7 @@ def min_distance_bars(evidence: Evidence) -> Figure:
         place.set_xlabel("time, s")
     axes[0].set_ylabel("MinDistance, m")
     axes[0].legend(loc="lower right", ncols=3)
-    return _typed(figure)
+    return figure
 
 
 def _bars(axes: Any, evidence: Evidence, pair: Pair, name: str, width_s: float = 25.0) -> None:
@@ -164,7 +164,7 @@ def max_distances(evidence: Evidence) -> Figure:
     for place in axes:
         place.set_xlabel("time, s")
     figure.suptitle(_LOUD.title)
-    return _typed(figure)
+    return figure
 
 
 def gain_sweep(
@@ -200,9 +200,4 @@ def gain_sweep(
         place.set_xlabel("$k_d$, s⁻²")
     for place in axes[:, 0]:
         place.set_ylabel("$k_v$, s⁻¹")
-    return _typed(figure)
-
-
-def _typed(figure: Any) -> Figure:
-    assert isinstance(figure, Figure)
     return figure

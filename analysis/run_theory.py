@@ -82,7 +82,7 @@ def _coupling(run: Run, vehicle: int, mode: int, rows: Rows) -> Coupling | None:
     if mode in {pb.MODE_BCM, pb.MODE_PBCM}:
         return BCM
     if mode != pb.MODE_MBCM:
-        name = pb.Mode.Name(mode).removeprefix("MODE_")  # type: ignore[arg-type]
+        name = pb.Mode.DESCRIPTOR.values_by_number[mode].name.removeprefix("MODE_")
         raise NoTheoryError(f"vehicle {vehicle + 1} was under {name}, of which it knows nothing.")
     return _multi_node(run, vehicle, rows)
 

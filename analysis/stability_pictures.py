@@ -50,7 +50,7 @@ def gain_picture(case: Disturbed) -> Figure:
         one.set_ylabel(f"{title} gain of speed")
         one.set_xlabel("vehicles behind the disturbed one")
     axes[0].legend(loc="best")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
@@ -95,7 +95,7 @@ def frequency_picture(run: Run, case: Disturbed) -> Figure:
     axes.set_xlabel("frequency, rad/s")
     axes.set_ylabel("gain of speed")
     axes.legend(loc="lower left")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _theory_lines(axes: Any, run: Run, case: Disturbed, highest: float) -> None:
@@ -122,7 +122,7 @@ def mode_picture(modes: Modes) -> Figure:
     left.set_ylabel("growth rate, 1/s")
     left.legend(loc="best")
     _slowest(right, modes)
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def _slowest(axes: Any, modes: Modes) -> None:
@@ -168,4 +168,4 @@ def wave_picture(case: Disturbed) -> Figure:
     axes.set_xlabel("vehicles behind the disturbed one (negative: ahead of it)")
     axes.set_ylabel("time of the lowest speed, s")
     axes.legend(loc="best")
-    return figure  # type: ignore[no-any-return]
+    return figure

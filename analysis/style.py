@@ -50,7 +50,9 @@ def plain(text: str) -> str:
     return (" " + text if text.startswith("_") else text).replace("$", r"\$")
 
 
-def subplots(rows: int = 1, columns: int = 1, *, height_in: float, **options: Any) -> Any:
+def subplots(
+    rows: int = 1, columns: int = 1, *, height_in: float, **options: Any
+) -> tuple[Figure, Any]:
     """A figure of page width and its axes: (Figure, Axes or array of Axes)."""
     with look():
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")

@@ -39,7 +39,7 @@ def effective_yaml(scenario: Scenario) -> str:
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # its stub says None alone
     yaml.width = 2**31  # no folded lines
     stream = StringIO()
     yaml.dump(scenario.model_dump(mode="json"), stream)

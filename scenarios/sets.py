@@ -17,7 +17,8 @@ def members(text: str, size: int, groups: Mapping[str, frozenset[int]]) -> froze
     Raises ValueError, saying what is wrong and what is allowed.
     """
     everyone = frozenset(range(1, size + 1))
-    negated, terms = re.fullmatch(r"(not\s+)?(.*)", text.strip(), re.DOTALL).groups()  # type: ignore[union-attr]
+    terms = re.sub(r"^not\s+", "", text.strip())
+    negated = terms != text.strip()
     found: frozenset[int] = frozenset()
     for term in terms.split(","):
         found |= _term(term.strip(), everyone, groups)

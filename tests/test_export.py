@@ -46,8 +46,10 @@ def run(path: Path) -> Run:
 def read(form: Form, folder: Path, name: str) -> dict[str, list[Any]]:
     """Columns of a file as Python values; of CSV, read with the standard library, as text."""
     if form == "parquet":
-        columns: dict[str, list[Any]] = pyarrow.parquet.read_table(folder / f"{name}.parquet")
-        return columns.to_pydict()  # type: ignore[attr-defined, no-any-return]
+        columns: dict[str, list[Any]] = pyarrow.parquet.read_table(
+            folder / f"{name}.parquet"
+        ).to_pydict()
+        return columns
     with (folder / f"{name}.csv").open(newline="", encoding="utf-8") as file:
         head, *rows = csv.reader(file)
     return {column: [row[at] for row in rows] for at, column in enumerate(head)}

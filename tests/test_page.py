@@ -23,7 +23,7 @@ NASTY: Final = "<script>alert(\"1\")</script> & 'so' {{ 7 * 7 }} </style> --> ht
 def line() -> Figure:
     figure, axes = style.subplots(height_in=1.5)
     axes.plot([0, 1, 2], [0.0, 1.0, 0.5])
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 def map_of_noise() -> Figure:
@@ -31,7 +31,7 @@ def map_of_noise() -> Figure:
     figure, axes = style.subplots(height_in=1.5)
     x, y = np.random.default_rng(1).normal(size=(2, 3000))
     axes.plot(x, y, ".")
-    return figure  # type: ignore[no-any-return]
+    return figure
 
 
 LINE: Final = Picture(name="line", caption="A line. It goes up, then down.", draw=line)
@@ -153,7 +153,7 @@ def test_what_the_font_has_not_is_no_reason_to_warn() -> None:
         axes.plot([0, 1], label=style.plain("_车队 $\\frac$"))
         axes.legend()
         assert len(axes.get_legend().get_texts()) == 1
-        return figure  # type: ignore[no-any-return]
+        return figure
 
     assert drawn(Picture(name="named", caption="A name.", draw=named)).png
 

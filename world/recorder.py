@@ -72,7 +72,7 @@ class Recorder:
             self._channels[topic] = self._writer.register_channel(
                 topic.logged_as, MessageEncoding.Protobuf, schema
             )
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
         self.start_clock()
         return self
 
@@ -91,7 +91,7 @@ class Recorder:
         if self._file.closed:
             return
         self._writer.add_metadata("zenvoy.result", self.result())
-        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap's own lack
         self._file.close()
 
     @property
@@ -141,7 +141,7 @@ class Recorder:
         self._write(CLOCK, time_ns, self._last.SerializeToString())
         self.on_clock(self._last)
         if now_ns - self._flushed_ns > _FLUSH_NS:
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
             self._flushed_ns = now_ns
 
     def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
