@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from zenvoy.scenarios.channel import Channel, Loss, TechnologyName
 from zenvoy.scenarios.effective import effective_json, effective_yaml
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
@@ -15,13 +16,11 @@ from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
 from zenvoy.scenarios.roster import Settings, roster
 from zenvoy.scenarios.schema import (
-    Channel,
     Control,
     Estimator,
     Fleet,
     Gains,
     Group,
-    Loss,
     Model,
     MultiNode,
     Platoon,
@@ -29,7 +28,6 @@ from zenvoy.scenarios.schema import (
     Scenario,
     Sensors,
     Switch,
-    TechnologyName,
 )
 
 __all__ = [

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, model_validator
 
 from zenvoy.scenarios.agreement import refuse_disagreements
+from zenvoy.scenarios.channel import Channel
 from zenvoy.scenarios.events import Brake, Event, Sine, Trace
 from zenvoy.scenarios.inputs import GroupName, VehicleSet, Weights
 from zenvoy.scenarios.section import (
@@ -25,7 +26,6 @@ from zenvoy.scenarios.section import (
 )
 
 Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
-TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 
 
 class Road(Section):
@@ -141,21 +141,6 @@ class Estimator(Section):
 
     kind: Literal["kalman", "ekf", "ukf"] = "kalman"
     acceleration_std_mps2: Positive = 0.5
-
-
-class Loss(Section):
-    """Independent loss: each frame is lost at each receiver with probability p."""
-
-    p: Fraction = 0.0
-
-
-class Channel(Section):
-    """The V2X technology (paper Table I) and what goes wrong on the way."""
-
-    technology: TechnologyName = "ieee80211p"
-    loss: Loss = Loss()
-    frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
-    bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's
 
 
 def _extends_in_front(schema: dict[str, Any]) -> None:
