@@ -31,6 +31,8 @@ class Purpose(IntEnum):
     SPEED_READING = 3
     TARGET_SPEED_READING = 4
     POSITION_READING = 5
+    GILBERT_ELLIOTT = 20
+    FOUR_STATE = 21
 
 
 def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> list[Words]:

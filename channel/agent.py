@@ -11,6 +11,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
+from zenvoy.channel.burst_loss import BurstLoss
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
 from zenvoy.channel.pairs import Pairs, pairs
@@ -44,6 +45,7 @@ class ChannelAgent:
             frame_bytes=channel.frame_bytes,
             bit_rate_mbps=channel.bit_rate_mbps,
         )
+        self._burst_loss = BurstLoss(channel.loss, scenario.seed, size)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
         self._air = Air(size)
@@ -80,7 +82,8 @@ class ChannelAgent:
         if not speaks.all():
             reach = Pairs(*(column[speaks[reach.source]] for column in reach))
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
-        fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium)
+        bursts = self._burst_loss.lost(reach.source, reach.destination, sequence[reach.source])
+        fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium, bursts)
         self._air.send(inbox.payloads(BEACON), reach.source, reach.destination, fate.arrived_ns)
         return _links(self._cycle, sent_ns, reach, sequence, fate)
 

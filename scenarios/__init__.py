@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from zenvoy.scenarios.channel import Channel, Loss, TechnologyName
+from zenvoy.scenarios.channel import (
+    Channel,
+    FourState,
+    GilbertElliott,
+    Loss,
+    TechnologyName,
+)
 from zenvoy.scenarios.effective import effective_json, effective_yaml
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
@@ -36,7 +42,9 @@ __all__ = [
     "Control",
     "Estimator",
     "Fleet",
+    "FourState",
     "Gains",
+    "GilbertElliott",
     "Group",
     "InvalidScenarioError",
     "Loaded",

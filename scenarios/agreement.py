@@ -34,6 +34,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_groups(scenario),
         *_times(scenario),
         *_schedule(scenario),
+        *_loss(scenario),
         *events_that_disagree(scenario),
     ]
 
@@ -55,6 +56,17 @@ def _lengths(scenario: Scenario) -> Iterator[Problem]:
         if gap_m <= length_m:
             text = f"{trimmed(gap_m)} is not greater than fleet.length_m ({trimmed(length_m)})"
             yield Problem(key=key, text=text, related=("fleet.length_m",))
+
+
+def _loss(scenario: Scenario) -> Iterator[Problem]:
+    """What leaves a state of the loss model cannot be more than certain."""
+    states = scenario.channel.loss.four_state
+    leaving = {"p14": (states.p14, "p13", states.p13), "p32": (states.p32, "p31", states.p31 or 0)}
+    for name, (value, other, beside) in leaving.items():
+        if value + beside > 1:
+            key = f"channel.loss.four_state.{other}"
+            text = f"{trimmed(value)} and {key} ({trimmed(beside)}) are more than 1 together"
+            yield Problem(key=f"channel.loss.four_state.{name}", text=text, related=(key,))
 
 
 def _ring(scenario: Scenario) -> Iterator[Problem]:

@@ -11,10 +11,39 @@ from zenvoy.scenarios.section import LARGEST, Fraction, Section
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 
 
-class Loss(Section):
-    """Independent loss: each frame is lost at each receiver with probability p."""
+class GilbertElliott(Section):
+    """Loss in bursts, as Linux `tc netem … loss gemodel p [r [1-h [1-k]]]` has it, as fractions.
+
+    p: from the good state to the bad one; r: back (null: 1 - p). A frame is lost with one_minus_h
+    in the bad state and with one_minus_k in the good one.
+    """
 
     p: Fraction = 0.0
+    r: Fraction | None = None
+    one_minus_h: Fraction = 1.0
+    one_minus_k: Fraction = 0.0
+
+
+class FourState(Section):
+    """Loss as `tc netem … loss state p13 [p31 [p32 [p23 [p14]]]]` has it, as fractions.
+
+    States: 1 received in a gap, 2 received in a burst, 3 lost in a burst, 4 lost in a gap. p31
+    null: 1 - p13.
+    """
+
+    p13: Fraction = 0.0
+    p31: Fraction | None = None
+    p32: Fraction = 0.0
+    p23: Fraction = 1.0
+    p14: Fraction = 0.0
+
+
+class Loss(Section):
+    """What a receiver misses: a frame is lost if any of these says so, each link for itself."""
+
+    p: Fraction = 0.0
+    gilbert_elliott: GilbertElliott = GilbertElliott()
+    four_state: FourState = FourState()
 
 
 class Channel(Section):

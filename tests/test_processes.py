@@ -208,3 +208,19 @@ def test_a_collision_does_not_stop_the_run_otherwise(tmp_path: Path) -> None:
         position = [truth.position[-1] + 4 * 12, *truth.position]
         gaps = [ahead - behind for ahead, behind in pairwise(position)]
         assert min(gaps) > 5.0 - 1e-6
+
+
+def test_loss_in_bursts(tmp_path: Path) -> None:
+    scenario = """
+    duration_s: 5
+    fleet: {size: 6}
+    channel:
+      loss:
+        gilbert_elliott: {p: 0.1, r: 0.3}
+        four_state: {p13: 0.05, p31: 0.4, p32: 0.2, p23: 0.5, p14: 0.05}
+    """
+    zenoh, in_process = both(tmp_path, scenario)
+    assert_same(zenoh, in_process)
+    counts = outcomes(zenoh)
+    assert counts.keys() == {pb.OUTCOME_DELIVERED, pb.OUTCOME_LOST}
+    assert 0.2 < counts[pb.OUTCOME_LOST] / counts.total() < 0.6
