@@ -14,6 +14,7 @@ from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
 from zenvoy.channel.burst_loss import BurstLoss
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
@@ -46,6 +47,7 @@ class ChannelAgent:
             bit_rate_mbps=channel.bit_rate_mbps,
         )
         self._burst_loss = BurstLoss(channel.loss, scenario.seed, size)
+        self._outages = Outages(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
         self._air = Air(size)
@@ -82,10 +84,21 @@ class ChannelAgent:
         if not speaks.all():
             reach = Pairs(*(column[speaks[reach.source]] for column in reach))
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
-        bursts = self._burst_loss.lost(reach.source, reach.destination, sequence[reach.source])
-        fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium, bursts)
+        lost = self._lost(reach, sequence, position, sent_ns)
+        fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium, lost)
         self._air.send(inbox.payloads(BEACON), reach.source, reach.destination, fate.arrived_ns)
         return _links(self._cycle, sent_ns, reach, sequence, fate)
+
+    def _lost(
+        self, reach: Pairs, sequence: NDArray[Any], position: NDArray[Any], sent_ns: int
+    ) -> NDArray[np.bool_] | None:
+        """What bursts and outages take; None where there are none."""
+        source, destination = reach.source, reach.destination
+        bursts = self._burst_loss.lost(source, destination, sequence[source])
+        outages = self._outages.lost(source, destination, position, sent_ns)
+        if bursts is None or outages is None:
+            return bursts if outages is None else outages
+        return bursts | outages
 
 
 def _links(cycle: int, sent_ns: int, reach: Pairs, sequence: NDArray[Any], fate: Fate) -> Envelope:

@@ -47,17 +47,17 @@ def fates(
     sent_ns: int,
     deadline_ns: int,
     medium: Medium,
-    lost_in_burst: NDArray[np.bool_] | None = None,
+    lost_before: NDArray[np.bool_] | None = None,
 ) -> Fate:
     """Outcome of one frame per source, sent at `sent_ns`; `sequence` (n,) by source.
 
-    `lost_in_burst`: frames that are lost in any case, parallel to the pairs.
+    `lost_before`: frames that are lost in any case, parallel to the pairs.
     A frame that arrives by `deadline_ns` comes with the first delivery after it was sent. Draws
     are keyed by seed, source, destination and sequence number.
     """
     lost, delay_ns = _draw(pairs, sequence, medium)
-    if lost_in_burst is not None:
-        lost |= lost_in_burst
+    if lost_before is not None:
+        lost |= lost_before
     latency_ns = delay_ns + medium.frame_time_ns * _turn(pairs, medium.technology.broadcast)
     arrived_ns = sent_ns + latency_ns
     outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)

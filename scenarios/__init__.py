@@ -7,6 +7,7 @@ from zenvoy.scenarios.channel import (
     FourState,
     GilbertElliott,
     Loss,
+    Outage,
     TechnologyName,
 )
 from zenvoy.scenarios.effective import effective_json, effective_yaml
@@ -20,7 +21,7 @@ from zenvoy.scenarios.errors import (
 )
 from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
-from zenvoy.scenarios.roster import Settings, roster
+from zenvoy.scenarios.roster import Settings, group_members, roster
 from zenvoy.scenarios.schema import (
     Control,
     Estimator,
@@ -35,6 +36,7 @@ from zenvoy.scenarios.schema import (
     Sensors,
     Switch,
 )
+from zenvoy.scenarios.sets import members
 
 __all__ = [
     "Brake",
@@ -51,6 +53,7 @@ __all__ = [
     "Loss",
     "Model",
     "MultiNode",
+    "Outage",
     "Place",
     "Platoon",
     "Problem",
@@ -68,6 +71,8 @@ __all__ = [
     "builtin",
     "effective_json",
     "effective_yaml",
+    "group_members",
     "load",
+    "members",
     "roster",
 ]

@@ -35,6 +35,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_times(scenario),
         *_schedule(scenario),
         *_loss(scenario),
+        *_outages(scenario),
         *events_that_disagree(scenario),
     ]
 
@@ -67,6 +68,25 @@ def _loss(scenario: Scenario) -> Iterator[Problem]:
             key = f"channel.loss.four_state.{other}"
             text = f"{trimmed(value)} and {key} ({trimmed(beside)}) are more than 1 together"
             yield Problem(key=f"channel.loss.four_state.{name}", text=text, related=(key,))
+
+
+def _outages(scenario: Scenario) -> Iterator[Problem]:
+    names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
+    for index, outage in enumerate(scenario.channel.outages):
+        key = f"channel.outages.{index}"
+        for end in ("source", "destination"):
+            try:
+                members(getattr(outage, end) or "all", scenario.fleet.size, names)
+            except ValueError as error:
+                yield Problem(key=f"{key}.{end}", text=str(error), related=("fleet.size",))
+        if outage.until_s is not None and outage.until_s <= outage.from_s:
+            begin = trimmed(outage.from_s)
+            text = f"{trimmed(outage.until_s)} is not later than {key}.from_s ({begin})"
+            yield Problem(key=f"{key}.until_s", text=text, related=(f"{key}.from_s",))
+        low, high = outage.from_m, outage.to_m
+        if scenario.road.type == "open" and low is not None and high is not None and low > high:
+            text = f"{trimmed(high)} is less than {key}.from_m ({trimmed(low)}) on the open road"
+            yield Problem(key=f"{key}.to_m", text=text, related=(f"{key}.from_m", "road.type"))
 
 
 def _ring(scenario: Scenario) -> Iterator[Problem]:

@@ -6,9 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from zenvoy.scenarios.section import LARGEST, Fraction, Section
+from zenvoy.scenarios.inputs import VehicleSet
+from zenvoy.scenarios.section import LARGEST, Fraction, NonNegative, Positive, Section
 
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
+Along = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
 class GilbertElliott(Section):
@@ -46,10 +48,27 @@ class Loss(Section):
     four_state: FourState = FourState()
 
 
+class Outage(Section):
+    """Every frame that is sent from from_s (included) to until_s (excluded) is lost.
+
+    until_s null: to the end; source, destination null: any vehicle. Only where sender or receiver
+    is between from_m and to_m along the road (null: unbounded). Positions on the ring count from
+    0 to its length, and from_m may be greater than to_m there: the stretch goes over the seam.
+    """
+
+    from_s: NonNegative = 0.0
+    until_s: Positive | None = None
+    source: VehicleSet | None = None
+    destination: VehicleSet | None = None
+    from_m: Along | None = None
+    to_m: Along | None = None
+
+
 class Channel(Section):
     """The V2X technology (paper Table I) and what goes wrong on the way."""
 
     technology: TechnologyName = "ieee80211p"
     loss: Loss = Loss()
+    outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too
     frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
     bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's
