@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from typing import Final
 
-from zenvoy.analysis import claims_of_distances, claims_of_estimates, claims_of_speeds
+from zenvoy.analysis import (
+    claims_of_conclusion,
+    claims_of_distances,
+    claims_of_estimates,
+    claims_of_max_distance,
+    claims_of_speeds,
+)
 from zenvoy.analysis.claim import Answer, Claim
 from zenvoy.analysis.evidence import MODELS, PAIRS, Evidence, case
 
@@ -12,6 +18,8 @@ CLAIMS: Final[tuple[Claim, ...]] = (
     *claims_of_estimates.CLAIMS,
     *claims_of_speeds.CLAIMS,
     *claims_of_distances.CLAIMS,
+    *claims_of_max_distance.CLAIMS,
+    *claims_of_conclusion.CLAIMS,
 )
 
 _CASES: Final = tuple(case(model, pair) for model in MODELS for pair in PAIRS)

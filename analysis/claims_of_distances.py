@@ -1,4 +1,4 @@
-"""Section IV-C: distances, and the conclusion."""
+"""Section IV-C: the smallest distances."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Final
 from zenvoy.analysis.claim import BILATERAL, END_S, LOUD, QUIET, Answer, claim
 from zenvoy.analysis.digest import Digest
 from zenvoy.analysis.evidence import (
-    MODELS,
     PAIRS,
     Evidence,
     Pair,
@@ -228,92 +227,6 @@ def error_bars(evidence: Evidence) -> Answer:
     )
 
 
-@claim(
-    where="Fig. MaxDistance",
-    says="PBCM has the smallest MaxDistance, about 38 m",
-    needs_s=500,
-)
-def max_distance(evidence: Evidence) -> Answer:
-    ends = {
-        model: evidence.over(case(model, LOUD), lambda run: settled(run, "max_distance", *END_S))
-        for model in BILATERAL
-    }
-    best = all(ends[model].above(ends["PBCM"]) for model in ("BCM", "MBCM"))
-    figures = ", ".join(f"{model} {end.text()}" for model, end in ends.items())
-    return Answer(
-        ours=f"{figures} m (400 to 500 s)",
-        verdict="confirmed" if best and abs(ends["PBCM"].mean - 38.0) < 1.0 else "not confirmed",
-        why="The other side of MinDistance: on the ring the gaps add up to 1500 m.",
-    )
-
-
-@claim(
-    where="Fig. MaxDistance",
-    says="MBCM converges faster than BCM, since it looks at more vehicles",
-    needs_s=500,
-)
-def mbcm_faster(evidence: Evidence) -> Answer:
-    def back_s(model: str) -> Mean:
-        return evidence.over(case(model, QUIET), recovery_s)
-
-    bcm, mbcm = back_s("BCM"), back_s("MBCM")
-    return Answer(
-        ours=f"until MinDistance is back, 3 %, 0.1 s: BCM {bcm.text(0)}, MBCM {mbcm.text(0, 's')}",
-        verdict="confirmed" if bcm.above(mbcm) else "not confirmed",
-        why="Looking farther makes the slow modes of the ring faster: with the least-squares"
-        " weights the eigenvalue of the slowest is seven times as large. At 3 % the noise hardly"
-        " hides it.",
-    )
-
-
-@claim(
-    where="Section IV, conclusion",
-    says="With errors and delays PBCM is better than FM, BCM and MBCM",
-    needs_s=500,
-)
-def best_everywhere(evidence: Evidence) -> Answer:
-    texts = []
-    for pair in PAIRS:
-        pbcm = evidence.over(case("PBCM", pair), _after_100)
-        spread = evidence.over(case("PBCM", pair), _spread_after_100)
-        texts.append(f"{pair.title}: PBCM {pbcm.text()} m, {spread.text(3)} m/s")
-    best = all(_is_best(evidence, "", pair) for pair in PAIRS)
-    why = (
-        "At each of the four pairs the 95 % intervals of PBCM lie clear of those of all others, for"
-        " both figures."
-        if best
-        else "Not at every pair do the 95 % intervals of PBCM lie clear of all others."
-    )
-    if "open/" + case("PBCM", PAIRS[0]) in evidence.runs:
-        there = sum(_is_best(evidence, "open/", pair) for pair in PAIRS)
-        why += f" On the open road the same is true of {there} of the four pairs."
-    return Answer(
-        ours="MinDistance after 100 s and spread of speed: " + "; ".join(texts),
-        verdict="confirmed" if best else "not confirmed",
-        why=why,
-    )
-
-
-def _is_best(evidence: Evidence, road: str, pair: Pair) -> bool:
-    """Whether PBCM's MinDistance and spread are clear of those of each other model."""
-    pbcm = evidence.over(road + case("PBCM", pair), _after_100)
-    spread = evidence.over(road + case("PBCM", pair), _spread_after_100)
-    others = [road + case(model, pair) for model in MODELS[:3]]
-    return all(
-        pbcm.above(evidence.over(label, _after_100))
-        and evidence.over(label, _spread_after_100).above(spread)
-        for label in others
-    )
-
-
-def _spread_after_100(run: Digest) -> float:
-    return settled(run, "spread", 100.0, 500.0)
-
-
-def _after_100(run: Digest) -> float:
-    return settled(run, "min_distance", 100.0, 500.0)
-
-
 CLAIMS: Final = (
     dip_of_pbcm,
     dips_of_the_others,
@@ -324,7 +237,4 @@ CLAIMS: Final = (
     recovery_of_the_others,
     mbcm_against_itself,
     error_bars,
-    max_distance,
-    mbcm_faster,
-    best_everywhere,
 )
