@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from zenvoy.bus.quantile import normal_quantile
+
 Words = NDArray[np.uint64]
 Floats = NDArray[np.float64]
 
@@ -61,9 +63,8 @@ def uniforms(
 def normals(
     seed: int, purpose: Purpose, who: ArrayLike, whom: ArrayLike, number: ArrayLike
 ) -> Floats:
-    """Standard normal draws (Box and Muller 1958)."""
-    u, v = uniforms(seed, purpose, who, whom, number)
-    return np.asarray(np.sqrt(-2.0 * np.log1p(-u)) * np.cos(2.0 * np.pi * v), dtype=np.float64)
+    """Standard normal draws, the quantile of the first uniform one."""
+    return normal_quantile(uniforms(seed, purpose, who, whom, number)[0])
 
 
 def _fraction(high: Words, low: Words) -> Floats:

@@ -4,6 +4,9 @@ With F, Q, R given, covariance and gain depend on which periods brought a measur
 what was measured. So filters of the same model walk the same graph of covariances, vehicle by
 vehicle and link by link, and in a steady flow of measurements it ends in a point that leads to
 itself: filterpy's steady state.
+
+filterpy is given arrays of Python's floats (dtype object). Products of numpy's own go through BLAS,
+which takes other kernels on other processors, and gains would differ in their last bits.
 """
 
 from __future__ import annotations
@@ -14,8 +17,11 @@ from typing import Final
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
+from numpy.typing import NDArray
 
 from zenvoy.vehicles.linear import Array, linear_model
+
+Objects = NDArray[np.object_]
 
 # The gain counts as settled when a step changes no entry of P by more than this share of P.
 _SETTLED: Final = 1e-13
@@ -43,12 +49,14 @@ class GainSchedule:
     ) -> None:
         size = len(variances)
         kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
-        kalman.F, kalman.B, kalman.Q = linear_model(period_s, acceleration_std, size)
-        kalman.H = np.eye(size)
-        kalman.R = np.diag(variances)
+        model = linear_model(period_s, acceleration_std, size)
+        kalman.F, kalman.B, kalman.Q = (matrix.astype(object) for matrix in model)
+        kalman.H = np.eye(size).astype(object)
+        kalman.R = np.diag(variances).astype(object)
+        kalman.inv = inverse
         self._kalman = kalman
         self._kept = 0
-        self.first = Covariance(kalman.R.copy(), np.eye(size).tolist())
+        self.first = Covariance(np.diag(variances), np.eye(size).tolist())
 
     def step(self, before: Covariance, periods: int) -> Covariance:
         """Covariance after `periods` predictions and an update."""
@@ -63,14 +71,30 @@ class GainSchedule:
 
     def _compute(self, before: Covariance, periods: int) -> Covariance:
         kalman = self._kalman
-        kalman.P = before.P
+        kalman.P = before.P.astype(object)
         for _ in range(periods):
             kalman.predict()
         kalman.update(np.zeros(kalman.dim_z))
-        change = np.abs(kalman.P - before.P).max()
-        if periods == 1 and change <= _SETTLED * np.abs(kalman.P).max():
+        updated = kalman.P.astype(np.float64)
+        change = np.abs(updated - before.P).max()
+        if periods == 1 and change <= _SETTLED * np.abs(updated).max():
             return before
-        return Covariance(kalman.P, kalman.K.tolist())
+        return Covariance(updated, kalman.K.tolist())
+
+
+def inverse(S: Objects) -> Objects:  # noqa: N803  # the letter of the field
+    """S⁻¹ of a matrix (1, 1) or (2, 2) of Python's floats; LinAlgError where it has none."""
+    entries = S.tolist()
+    if len(entries) == 1:
+        ((determinant,),) = entries
+        adjugate = [[1.0]]
+    else:
+        (a, b), (c, d) = entries
+        determinant = a * d - b * c
+        adjugate = [[d, -b], [-c, a]]
+    if determinant == 0.0:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return np.array([[x / determinant for x in row] for row in adjugate], dtype=object)
 
 
 @lru_cache(maxsize=256)

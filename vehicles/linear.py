@@ -25,6 +25,6 @@ class LinearModel(NamedTuple):
 def linear_model(period_s: float, acceleration_std: float, size: int) -> LinearModel:
     """Of a state of `size` numbers; the acceleration a that acts is known to within σ_a, m/s²."""
     transition = np.array([[1.0, period_s], [0.0, 1.0]])
-    control = np.array([[0.5 * period_s**2], [period_s]])[-size:]
-    noise = acceleration_std**2 * control @ control.T
+    control = np.array([[0.5 * period_s * period_s], [period_s]])[-size:]
+    noise = acceleration_std * acceleration_std * np.outer(control, control)
     return LinearModel(F=transition[-size:, -size:], B=control, Q=noise)
