@@ -8,6 +8,7 @@ from zenvoy.scenarios.channel import (
     GilbertElliott,
     Loss,
     Outage,
+    Scope,
     TechnologyName,
 )
 from zenvoy.scenarios.effective import effective_json, effective_yaml
@@ -60,6 +61,7 @@ __all__ = [
     "Road",
     "Scenario",
     "ScenarioError",
+    "Scope",
     "Sensors",
     "Settings",
     "Sine",

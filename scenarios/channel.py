@@ -48,8 +48,8 @@ class Loss(Section):
     four_state: FourState = FourState()
 
 
-class Outage(Section):
-    """Every frame that is sent from from_s (included) to until_s (excluded) is lost.
+class Scope(Section):
+    """From from_s (included) to until_s (excluded), for frames of these links and this stretch.
 
     until_s null: to the end; source, destination null: any vehicle. Only where sender or receiver
     is between from_m and to_m along the road (null: unbounded). Positions on the ring count from
@@ -62,6 +62,10 @@ class Outage(Section):
     destination: VehicleSet | None = None
     from_m: Along | None = None
     to_m: Along | None = None
+
+
+class Outage(Scope):
+    """Every frame is lost there and then."""
 
 
 class Channel(Section):
