@@ -29,6 +29,13 @@ class Delivery(NamedTuple):
     delivered: int
     late: int
     lost: int
+    corrupted: int = 0
+    second_copies: int = 0
+
+    @property
+    def missed(self) -> int:
+        """Frames that nobody could use, lost or damaged."""
+        return self.lost + self.corrupted
 
 
 class Distances(NamedTuple):
@@ -56,8 +63,18 @@ def delivery(frames: Table) -> Delivery:
     """Frames by outcome."""
     counts = np.bincount(frames["outcome"], minlength=max(pb.Outcome.values()) + 1)
     late, lost = int(counts[pb.OUTCOME_LATE]), int(counts[pb.OUTCOME_LOST])
-    delivered = int(counts[pb.OUTCOME_DELIVERED]) + late
-    return Delivery(sent=delivered + lost, delivered=delivered, late=late, lost=lost)
+    delivered, corrupted = (
+        int(counts[pb.OUTCOME_DELIVERED]) + late,
+        int(counts[pb.OUTCOME_CORRUPTED]),
+    )
+    return Delivery(
+        sent=delivered + lost + corrupted,
+        delivered=delivered,
+        late=late,
+        lost=lost,
+        corrupted=corrupted,
+        second_copies=int(counts[pb.OUTCOME_DUPLICATE]),
+    )
 
 
 def wilson(successes: NDArray[Any], trials: NDArray[Any]) -> tuple[Floats, Floats]:
@@ -96,7 +113,7 @@ def latencies(frames: Table) -> Latencies | None:
     if frames["outcome"].size == 0 or (largest := int(latency_ns.max())) < 0:
         return None
     width_ns = max(_FINEST_NS, -(-largest // _MOST_BINS))
-    got = latency_ns >= 0
+    got = arrived(frames)
     known = latency_ns if got.all() else latency_ns[got]
     return Latencies(
         width_ns=width_ns,
@@ -108,9 +125,11 @@ def latencies(frames: Table) -> Latencies | None:
 def loss_bursts(frames: Table, vehicles: int) -> Ints:
     """How many bursts of each length there were, (longest + 1,): losses in a row of a link.
 
-    In a row are consecutive sequence numbers of one source that one destination lost all of.
+    In a row are consecutive sequence numbers of one source that one destination lost all of, or
+    got damaged.
     """
-    lost = np.flatnonzero(frames["outcome"] == pb.OUTCOME_LOST)
+    outcome = frames["outcome"]
+    lost = np.flatnonzero((outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_CORRUPTED))
     if not lost.size:
         return np.zeros(1, dtype=np.int64)
     link = frames["source"][lost].astype(np.int64) * (vehicles + 1) + frames["destination"][lost]
@@ -130,12 +149,14 @@ def geometric(loss_ratio: float, longest: int) -> Floats:
 
 
 def on_the_air(frames: Table) -> NDArray[np.bool_]:
-    """Which rows were within range of their receiver."""
-    return np.asarray(frames["outcome"] != pb.OUTCOME_OUT_OF_RANGE)
+    """Which rows were within range of their receiver; second copies are not counted again."""
+    outcome = frames["outcome"]
+    apart = (outcome == pb.OUTCOME_OUT_OF_RANGE) | (outcome == pb.OUTCOME_DUPLICATE)
+    return np.asarray(~apart)
 
 
 def arrived(frames: Table) -> NDArray[np.bool_]:
-    """Which rows reached their receiver, late or not."""
+    """Which rows reached their receiver, late or not, first copies only."""
     outcome = frames["outcome"]
     return np.asarray((outcome == pb.OUTCOME_DELIVERED) | (outcome == pb.OUTCOME_LATE))
 

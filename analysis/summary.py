@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.links import arrived
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
@@ -110,15 +111,20 @@ def _frames(path: Path) -> Summary:
     latencies = [np.zeros(0, dtype=np.int64)]
     for table in read_frames(path):
         counts += np.bincount(table["outcome"], minlength=len(counts))
-        latencies.append(table["latency_ns"][table["latency_ns"] >= 0])
+        latencies.append(table["latency_ns"][arrived(table)])
     latency_ms = np.concatenate(latencies) * 1e-6
     lost, late = int(counts[pb.OUTCOME_LOST]), int(counts[pb.OUTCOME_LATE])
-    delivered = int(counts[pb.OUTCOME_DELIVERED]) + late
+    delivered, corrupted = (
+        int(counts[pb.OUTCOME_DELIVERED]) + late,
+        int(counts[pb.OUTCOME_CORRUPTED]),
+    )
     return {
-        "sent": delivered + lost,
+        "sent": delivered + lost + corrupted,
         "delivered": delivered,
         "late": late,
         "lost": lost,
+        "corrupted": corrupted,
+        "second_copies": int(counts[pb.OUTCOME_DUPLICATE]),
         "latency_mean_ms": float(latency_ms.mean()) if latency_ms.size else None,
         "latency_p95_ms": float(np.percentile(latency_ms, 95)) if latency_ms.size else None,
     }

@@ -57,8 +57,8 @@ def v2v_section(run: Run) -> Section:
         pictures += _age_pictures(run, aged)
     else:
         notes.append("Every decision had the frames of its own cycle: no information aged.")
-    if told.lost:
-        bursts, loss_ratio = loss_bursts(run.frames, run.vehicles), told.lost / told.sent
+    if told.missed:
+        bursts, loss_ratio = loss_bursts(run.frames, run.vehicles), told.missed / told.sent
         sheets.append(burst_sheet(bursts, loss_ratio))
         pictures.append(_burst_picture(bursts, loss_ratio))
     else:

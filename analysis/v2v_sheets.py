@@ -32,6 +32,8 @@ def delivery_sheet(run: Run, told: Delivery) -> Sheet:
             "delivered",
             "of them late",
             "lost",
+            "damaged",
+            "second copies",
             "delivered, %",
             "95 % from, %",
             "95 % to, %",

@@ -35,6 +35,15 @@ class Purpose(IntEnum):
     POSITION_READING = 5
     GILBERT_ELLIOTT = 20
     FOUR_STATE = 21
+    SENDER_OFFSET = 22
+    SENDER_KEEPS = 23
+    CORRUPTION = 24
+    DUPLICATION = 25
+
+
+def numbered(purpose: Purpose, number: int) -> int:
+    """One of many purposes of a kind, for instance of a channel's rules; 0: the kind itself."""
+    return int(purpose) + 256 * number
 
 
 def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> list[Words]:
@@ -51,7 +60,7 @@ def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> 
 
 
 def uniforms(
-    seed: int, purpose: Purpose, who: ArrayLike, whom: ArrayLike, number: ArrayLike
+    seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike
 ) -> tuple[Floats, Floats]:
     """Two independent draws in [0, 1), of the broadcast shape of who, whom and number."""
     key = (seed & 0xFFFFFFFF, seed >> 32)
@@ -60,9 +69,7 @@ def uniforms(
     return _fraction(w0, w1), _fraction(w2, w3)
 
 
-def normals(
-    seed: int, purpose: Purpose, who: ArrayLike, whom: ArrayLike, number: ArrayLike
-) -> Floats:
+def normals(seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
     """Standard normal draws, the quantile of the first uniform one."""
     return normal_quantile(uniforms(seed, purpose, who, whom, number)[0])
 

@@ -69,6 +69,10 @@ class _OutcomeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Outcome.Value
     OUTCOME_LOST: _Outcome.ValueType  # 3
     OUTCOME_OUT_OF_RANGE: _Outcome.ValueType  # 4
     """told of the next vehicle ahead and behind only"""
+    OUTCOME_CORRUPTED: _Outcome.ValueType  # 5
+    """arrived damaged, and was dropped by the receiver"""
+    OUTCOME_DUPLICATE: _Outcome.ValueType  # 6
+    """a second copy of a frame that was delivered"""
 
 class Outcome(_Outcome, metaclass=_OutcomeEnumTypeWrapper): ...
 
@@ -80,6 +84,10 @@ OUTCOME_LATE: Outcome.ValueType  # 2
 OUTCOME_LOST: Outcome.ValueType  # 3
 OUTCOME_OUT_OF_RANGE: Outcome.ValueType  # 4
 """told of the next vehicle ahead and behind only"""
+OUTCOME_CORRUPTED: Outcome.ValueType  # 5
+"""arrived damaged, and was dropped by the receiver"""
+OUTCOME_DUPLICATE: Outcome.ValueType  # 6
+"""a second copy of a frame that was delivered"""
 Global___Outcome: _TypeAlias = Outcome  # noqa: Y015
 
 class _EventKind:

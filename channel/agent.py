@@ -11,13 +11,17 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
-from zenvoy.channel.burst_loss import BurstLoss
+from zenvoy.channel.conditions import Conditions, Way
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.in_order import InOrder
+from zenvoy.channel.loss import Rows
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
+
+Floats = NDArray[np.float64]
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
@@ -41,12 +45,12 @@ class ChannelAgent:
         self._vehicles = range(1, size + 1)
         self._medium = Medium(
             technology=TECHNOLOGIES[channel.technology],
-            seed=scenario.seed,
-            loss=channel.loss.p,
             frame_bytes=channel.frame_bytes,
             bit_rate_mbps=channel.bit_rate_mbps,
         )
-        self._burst_loss = BurstLoss(channel.loss, scenario.seed, size)
+        self._conditions = Conditions(scenario)
+        self._duplicates = channel.duplicate > 0.0
+        self._in_order = InOrder(size)
         self._outages = Outages(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
@@ -82,36 +86,58 @@ class ChannelAgent:
         reach = pairs(position, self._medium.technology.range_m, self._ring_length_m)
         speaks = np.array([not beacon.silent for beacon in beacons])
         if not speaks.all():
-            reach = Pairs(*(column[speaks[reach.source]] for column in reach))
+            reach = reach.only(speaks[reach.source])
+        rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
+        fate = self._fate(reach, rows, position, sent_ns)
+        if self._duplicates:
+            rows, fate = self._with_copies(reach, rows, fate, position, sent_ns)
+        self._air.send(inbox.payloads(BEACON), rows.source, rows.destination, fate.arrived_ns)
+        return _links(self._cycle, sent_ns, rows, fate)
+
+    def _fate(self, reach: Pairs, rows: Rows, position: Floats, sent_ns: int) -> Fate:
+        way = self._conditions.of(rows, position, sent_ns)
+        outages = self._outages.lost(rows.source, rows.destination, position, sent_ns)
+        if outages is not None:
+            way = way._replace(lost=way.lost | outages)
+        return self._settled(reach, way, sent_ns)
+
+    def _settled(self, reach: Pairs, way: Way, sent_ns: int) -> Fate:
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
-        lost = self._lost(reach, sequence, position, sent_ns)
-        fate = fates(reach, sequence, sent_ns, deadline_ns, self._medium, lost)
-        self._air.send(inbox.payloads(BEACON), reach.source, reach.destination, fate.arrived_ns)
-        return _links(self._cycle, sent_ns, reach, sequence, fate)
+        return fates(reach, way, sent_ns, deadline_ns, self._medium, self._in_order)
 
-    def _lost(
-        self, reach: Pairs, sequence: NDArray[Any], position: NDArray[Any], sent_ns: int
-    ) -> NDArray[np.bool_] | None:
-        """What bursts and outages take; None where there are none."""
-        source, destination = reach.source, reach.destination
-        bursts = self._burst_loss.lost(source, destination, sequence[source])
-        outages = self._outages.lost(source, destination, position, sent_ns)
-        if bursts is None or outages is None:
-            return bursts if outages is None else outages
-        return bursts | outages
+    def _with_copies(
+        self, reach: Pairs, rows: Rows, fate: Fate, position: Floats, sent_ns: int
+    ) -> tuple[Rows, Fate]:
+        """The frames, and after them the second copies of some that get through."""
+        through = fate.arrived_ns >= 0
+        twice, way = self._conditions.copies(rows.only(through), position, sent_ns)
+        through[through] = twice
+        copies = self._settled(reach.only(through), way, sent_ns)
+        copies.outcome[:] = pb.OUTCOME_DUPLICATE
+        return (
+            Rows._make(_joined(rows, rows.only(through))),
+            Fate._make(_joined(fate, copies)),
+        )
 
 
-def _links(cycle: int, sent_ns: int, reach: Pairs, sequence: NDArray[Any], fate: Fate) -> Envelope:
+def _joined(
+    first: tuple[NDArray[Any], ...], second: tuple[NDArray[Any], ...]
+) -> list[NDArray[Any]]:
+    """Tables one below the other, column by column."""
+    return [np.concatenate(pair) for pair in zip(first, second, strict=True)]
+
+
+def _links(cycle: int, sent_ns: int, rows: Rows, fate: Fate) -> Envelope:
     frames = _FRAMES.encode(
         cycle=cycle,
         time_ns=sent_ns,
-        source=reach.source + 1,
-        destination=reach.destination + 1,
-        sequence=sequence[reach.source],
-        sent_ns=np.full(len(reach.source), sent_ns),
+        source=rows.source + 1,
+        destination=rows.destination + 1,
+        sequence=rows.sequence,
+        sent_ns=np.full(len(rows.source), sent_ns),
         arrived_ns=fate.arrived_ns,
         latency_ns=fate.latency_ns,
-        distance=reach.distance,
+        distance=rows.distance,
         outcome=fate.outcome,
     )
     links = pb.Links(cycle=cycle, time_ns=sent_ns, frames=frames)

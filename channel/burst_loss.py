@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.draws import Purpose, numbered, uniforms
 from zenvoy.channel.chains import Chains, Step
 from zenvoy.scenarios import FourState, GilbertElliott, Loss
 
@@ -27,14 +27,17 @@ LOST_IN_GAP: Final = 3
 
 
 class BurstLoss:
-    """What the burst models of a scenario lose among `size` vehicles."""
+    """What the burst models of a section lose among `size` vehicles.
 
-    def __init__(self, loss: Loss, seed: int, size: int) -> None:
+    Those of another `number` draw for themselves.
+    """
+
+    def __init__(self, loss: Loss, seed: int, size: int, number: int = 0) -> None:
         steps = []
         if loss.gilbert_elliott != GilbertElliott():
-            steps.append(gilbert_elliott(loss.gilbert_elliott, seed))
+            steps.append(gilbert_elliott(loss.gilbert_elliott, seed, number))
         if loss.four_state != FourState():
-            steps.append(four_state(loss.four_state, seed))
+            steps.append(four_state(loss.four_state, seed, number))
         self._chains = [Chains(size, step) for step in steps]
 
     def lost(self, source: Ints, destination: Ints, sequence: Ints) -> Bools | None:
@@ -47,12 +50,13 @@ class BurstLoss:
         return lost
 
 
-def gilbert_elliott(model: GilbertElliott, seed: int) -> Step:
+def gilbert_elliott(model: GilbertElliott, seed: int, number: int = 0) -> Step:
     """Step of Gilbert (1960) and Elliott (1963); the loss is that of the state before the step."""
     r = 1.0 - model.p if model.r is None else model.r
+    purpose = numbered(Purpose.GILBERT_ELLIOTT, number)
 
-    def step(state: Ints, who: Ints, whom: Ints, number: Ints) -> tuple[Ints, Bools]:
-        move, loss = uniforms(seed, Purpose.GILBERT_ELLIOTT, who + 1, whom + 1, number)
+    def step(state: Ints, who: Ints, whom: Ints, sequence: Ints) -> tuple[Ints, Bools]:
+        move, loss = uniforms(seed, purpose, who + 1, whom + 1, sequence)
         bad = state == BAD
         moves = move < np.where(bad, r, model.p)
         lost = loss < np.where(bad, model.one_minus_h, model.one_minus_k)
@@ -61,8 +65,9 @@ def gilbert_elliott(model: GilbertElliott, seed: int) -> Step:
     return step
 
 
-def four_state(model: FourState, seed: int) -> Step:
+def four_state(model: FourState, seed: int, number: int = 0) -> Step:
     """Step of the 4-state model (Salsano et al. 2009); the loss is that of the state reached."""
+    purpose = numbered(Purpose.FOUR_STATE, number)
     p31 = 1.0 - model.p13 if model.p31 is None else model.p31
     leaves = np.array(  # cumulated probabilities, by state: to the first, first or second target
         [
@@ -81,8 +86,8 @@ def four_state(model: FourState, seed: int) -> Step:
         ]
     )
 
-    def step(state: Ints, who: Ints, whom: Ints, number: Ints) -> tuple[Ints, Bools]:
-        draw, _ = uniforms(seed, Purpose.FOUR_STATE, who + 1, whom + 1, number)
+    def step(state: Ints, who: Ints, whom: Ints, sequence: Ints) -> tuple[Ints, Bools]:
+        draw, _ = uniforms(seed, purpose, who + 1, whom + 1, sequence)
         first, second = leaves[state].T
         to_first, to_second = targets[state].T
         after = np.where(draw < first, to_first, np.where(draw < second, to_second, state))

@@ -1,4 +1,4 @@
-"""What becomes of the frames of a cycle: range, loss, latency, outcome. Pure functions."""
+"""What becomes of the frames of a cycle: when they arrive, and what is told of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.conditions import Way
+from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs
 from zenvoy.channel.technologies import Technology
 
@@ -18,11 +19,9 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Medium:
-    """A technology with its settings: loss probability, frame time and delay bounds in ns."""
+    """A technology with the frames that go over it."""
 
     technology: Technology
-    seed: int
-    loss: float
     frame_bytes: int
     bit_rate_mbps: float | None
 
@@ -42,51 +41,26 @@ class Fate(NamedTuple):
 
 
 def fates(
-    pairs: Pairs,
-    sequence: NDArray[np.int64],
-    sent_ns: int,
-    deadline_ns: int,
-    medium: Medium,
-    lost_before: NDArray[np.bool_] | None = None,
+    pairs: Pairs, way: Way, sent_ns: int, deadline_ns: int, medium: Medium, in_order: InOrder
 ) -> Fate:
-    """Outcome of one frame per source, sent at `sent_ns`; `sequence` (n,) by source.
+    """Outcome of one frame per source, sent at `sent_ns`.
 
-    `lost_before`: frames that are lost in any case, parallel to the pairs.
-    A frame that arrives by `deadline_ns` comes with the first delivery after it was sent. Draws
-    are keyed by seed, source, destination and sequence number.
+    A frame that arrives by `deadline_ns` comes with the first delivery after it was sent.
     """
-    lost, delay_ns = _draw(pairs, sequence, medium)
-    if lost_before is not None:
-        lost |= lost_before
-    latency_ns = delay_ns + medium.frame_time_ns * _turn(pairs, medium.technology.broadcast)
-    arrived_ns = sent_ns + latency_ns
+    on_air_ns = medium.frame_time_ns * turns(pairs, medium.technology.broadcast)
+    gone = way.lost | way.damaged | ~pairs.in_range
+    arrived_ns = np.where(gone, -1, sent_ns + way.latency_ns + on_air_ns)
+    if way.ordered.any():
+        arrived_ns = in_order.held(pairs.source, pairs.destination, arrived_ns, way.ordered)
     outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
-    outcome[lost] = pb.OUTCOME_LOST
+    outcome[way.damaged] = pb.OUTCOME_CORRUPTED
+    outcome[way.lost] = pb.OUTCOME_LOST
     outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
-    gone = (outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_OUT_OF_RANGE)
-    latency_ns[gone] = arrived_ns[gone] = -1
+    latency_ns = np.where(gone, -1, arrived_ns - sent_ns)
     return Fate(latency_ns, arrived_ns, outcome.astype(np.uint32))
 
 
-def _draw(
-    pairs: Pairs, sequence: NDArray[np.int64], medium: Medium
-) -> tuple[NDArray[np.bool_], Ints]:
-    """Which frames are lost, and the delay of each (ns), where it is not."""
-    rows = len(pairs.source)
-    low_ns, high_ns = (round(bound * 1e6) for bound in medium.technology.delay_ms)
-    if medium.loss == 0.0 and low_ns == high_ns:  # nothing to draw
-        return np.zeros(rows, dtype=np.bool_), np.full(rows, low_ns)
-    loss, share = uniforms(
-        medium.seed,
-        Purpose.LOSS_AND_LATENCY,
-        pairs.source + 1,
-        pairs.destination + 1,
-        sequence[pairs.source],
-    )
-    return loss < medium.loss, low_ns + np.floor(share * (high_ns - low_ns)).astype(np.int64)
-
-
-def _turn(pairs: Pairs, broadcast: bool) -> Ints:
+def turns(pairs: Pairs, broadcast: bool) -> Ints:
     """Which copy of its sender's a frame is, from 1; with broadcast there is only one.
 
     Copies go out to the nearest receiver first.

@@ -9,7 +9,7 @@ Ints = NDArray[np.int64]
 
 
 class LinkTable:
-    """Columns of integers with a row per ordered pair of `size` vehicles, made when first asked for.
+    """Columns of integers, a row per ordered pair of `size` vehicles that was ever asked for.
 
     `columns`: what each of them holds in a new row.
     """

@@ -20,6 +20,10 @@ class Pairs(NamedTuple):
     distance: Floats
     in_range: NDArray[np.bool_]
 
+    def only(self, chosen: NDArray[np.bool_]) -> Pairs:
+        """Those of the rows."""
+        return Pairs._make(column[chosen] for column in self)
+
 
 def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pairs:
     """Every ordered pair within `range_m`, and each vehicle's neighbours in the row even if not.

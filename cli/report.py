@@ -62,6 +62,10 @@ def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 def _frames(frames: dict[str, Any]) -> str:
     text = f"{frames['sent']} sent, {frames['delivered']} delivered"
     text += f" ({frames['late']} late), {frames['lost']} lost"
+    if frames["corrupted"]:
+        text += f", {frames['corrupted']} damaged"
+    if frames["second_copies"]:
+        text += f", {frames['second_copies']} second copies"
     if frames["latency_mean_ms"] is not None:
         text += f"; latency {frames['latency_mean_ms']:.2f} ms mean, "
         text += f"{frames['latency_p95_ms']:.2f} ms 95th percentile"

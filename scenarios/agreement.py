@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from zenvoy.scenarios.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.sets import members
@@ -34,8 +35,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_groups(scenario),
         *_times(scenario),
         *_schedule(scenario),
-        *_loss(scenario),
-        *_outages(scenario),
+        *channel_that_disagrees(scenario),
         *events_that_disagree(scenario),
     ]
 
@@ -57,36 +57,6 @@ def _lengths(scenario: Scenario) -> Iterator[Problem]:
         if gap_m <= length_m:
             text = f"{trimmed(gap_m)} is not greater than fleet.length_m ({trimmed(length_m)})"
             yield Problem(key=key, text=text, related=("fleet.length_m",))
-
-
-def _loss(scenario: Scenario) -> Iterator[Problem]:
-    """What leaves a state of the loss model cannot be more than certain."""
-    states = scenario.channel.loss.four_state
-    leaving = {"p14": (states.p14, "p13", states.p13), "p32": (states.p32, "p31", states.p31 or 0)}
-    for name, (value, other, beside) in leaving.items():
-        if value + beside > 1:
-            key = f"channel.loss.four_state.{other}"
-            text = f"{trimmed(value)} and {key} ({trimmed(beside)}) are more than 1 together"
-            yield Problem(key=f"channel.loss.four_state.{name}", text=text, related=(key,))
-
-
-def _outages(scenario: Scenario) -> Iterator[Problem]:
-    names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
-    for index, outage in enumerate(scenario.channel.outages):
-        key = f"channel.outages.{index}"
-        for end in ("source", "destination"):
-            try:
-                members(getattr(outage, end) or "all", scenario.fleet.size, names)
-            except ValueError as error:
-                yield Problem(key=f"{key}.{end}", text=str(error), related=("fleet.size",))
-        if outage.until_s is not None and outage.until_s <= outage.from_s:
-            begin = trimmed(outage.from_s)
-            text = f"{trimmed(outage.until_s)} is not later than {key}.from_s ({begin})"
-            yield Problem(key=f"{key}.until_s", text=text, related=(f"{key}.from_s",))
-        low, high = outage.from_m, outage.to_m
-        if scenario.road.type == "open" and low is not None and high is not None and low > high:
-            text = f"{trimmed(high)} is less than {key}.from_m ({trimmed(low)}) on the open road"
-            yield Problem(key=f"{key}.to_m", text=text, related=(f"{key}.from_m", "road.type"))
 
 
 def _ring(scenario: Scenario) -> Iterator[Problem]:

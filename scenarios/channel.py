@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from zenvoy.scenarios.inputs import VehicleSet
 from zenvoy.scenarios.section import LARGEST, Fraction, NonNegative, Positive, Section
 
 TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
+Distribution = Literal["technology", "fixed", "uniform", "normal", "gamma", "pareto", "samples"]
+Messages = Annotated[int, Field(ge=1, le=10_000)]
+DistanceLoss = Annotated[tuple[NonNegative, Fraction], Field(strict=False)]
 Along = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
@@ -41,11 +44,57 @@ class FourState(Section):
 
 
 class Loss(Section):
-    """What a receiver misses: a frame is lost if any of these says so, each link for itself."""
+    """What a receiver misses: a frame is lost if any of these says so, each link for itself.
+
+    by_distance: (distance_m, probability) in order of distance, straight lines between them, and
+    as at the nearest of them beyond. corrupt: the probability that a frame arrives damaged; the
+    receiver drops it.
+    """
 
     p: Fraction = 0.0
+    by_distance: Annotated[tuple[DistanceLoss, ...], Field(strict=False)] = ()  # a list is fine too
+    corrupt: Fraction = 0.0
     gilbert_elliott: GilbertElliott = GilbertElliott()
     four_state: FourState = FourState()
+
+
+def _file_instead_of_samples(schema: dict[str, Any]) -> None:
+    """What only a file may say: `zenvoy.scenarios.files` puts the contents into samples_ms."""
+    schema["properties"] |= {"file": {"type": "string"}}
+
+
+class SenderOffset(Section):
+    """A latency up to max_ms that a sender keeps for a number of messages, as C-V2X mode 4 does.
+
+    After from_messages to to_messages of them it draws a new one, or keeps the old one with
+    probability keep.
+    """
+
+    max_ms: NonNegative = 0.0
+    from_messages: Messages = 5
+    to_messages: Messages = 15
+    keep: Fraction = 0.0
+
+
+class Latency(Section):
+    """From sender to receiver, beside the frame's time on the air, each frame for itself.
+
+    technology: as in Table I; fixed: mean_ms; uniform: min_ms to max_ms; normal: mean_ms and
+    std_ms, cut off at min_ms (null: 0) and max_ms; gamma: min_ms (null: 0) and a gamma
+    distribution above it with that mean and standard deviation; pareto: scale min_ms, mean_ms;
+    samples: any of samples_ms. Moments are those before it is cut off.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_file_instead_of_samples)
+
+    distribution: Distribution = "technology"
+    mean_ms: NonNegative | None = None
+    std_ms: Positive | None = None
+    min_ms: NonNegative | None = None
+    max_ms: Positive | None = None
+    samples_ms: Annotated[tuple[NonNegative, ...], Field(strict=False)] = ()
+    sender_offset: SenderOffset = SenderOffset()
+    reorder: bool = True
 
 
 class Scope(Section):
@@ -68,11 +117,24 @@ class Outage(Scope):
     """Every frame is lost there and then."""
 
 
+class Rule(Scope):
+    """What it says of loss or latency (null: nothing) replaces what the channel says.
+
+    Of several that apply to a frame, the last one counts.
+    """
+
+    loss: Loss | None = None
+    latency: Latency | None = None
+
+
 class Channel(Section):
     """The V2X technology (paper Table I) and what goes wrong on the way."""
 
     technology: TechnologyName = "ieee80211p"
+    latency: Latency = Latency()
     loss: Loss = Loss()
+    duplicate: Fraction = 0.0
+    rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is welcome too
     outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too
     frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
     bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's

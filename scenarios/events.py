@@ -64,7 +64,7 @@ class Sine(Section):
 
 
 def _file_instead_of_points(schema: dict[str, Any]) -> None:
-    """What only a file may say: `zenvoy.scenarios.traces` puts the contents into points."""
+    """What only a file may say: `zenvoy.scenarios.files` puts the contents into points."""
     points = schema["properties"].pop("points")
     schema["properties"] |= {"file": {"type": "string"}, "points": points}
     schema["required"].remove("points")

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from zenvoy.scenarios.extends import chain
+from zenvoy.scenarios.files import with_tables
 from zenvoy.scenarios.library import packaged
 from zenvoy.scenarios.origin import located
 from zenvoy.scenarios.overrides import overridden
 from zenvoy.scenarios.schema import Scenario
-from zenvoy.scenarios.traces import with_points
 from zenvoy.scenarios.validate import validated
 
 
@@ -43,7 +43,7 @@ def load(
     origin = located(name_or_path)
     files = chain(origin)
     root, more = overridden(files.root, overrides, {"seed": seed, "duration_s": duration_s})
-    root, yet_more = with_points(root, files.origins)
+    root, yet_more = with_tables(root, files.origins)
     scenario = validated(root, [*files.problems, *more, *yet_more])
     return Loaded(name=origin.name, scenario=scenario, text=files.text)
 

@@ -3,32 +3,62 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.channel.conditions import Conditions
 from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.in_order import InOrder
+from zenvoy.channel.loss import Rows
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.technologies import TECHNOLOGIES
+from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, TechnologyName
+
+Floats = NDArray[np.float64]
 
 MS_NS = 1_000_000
 RING_M = 1_500.0
 EVENLY = np.arange(39, -1, -1.0) * 37.5
 
 
-def medium(name: str, *, loss: float = 0.0, seed: int = 1, mbps: float | None = None) -> Medium:
-    return Medium(
-        technology=TECHNOLOGIES[name], seed=seed, loss=loss, frame_bytes=300, bit_rate_mbps=mbps
-    )
+@dataclass(frozen=True)
+class Over:
+    """A technology, and what a scenario says of it."""
+
+    technology: TechnologyName
+    loss: float = 0.0
+    seed: int = 1
+    mbps: float | None = None
+
+    @property
+    def medium(self) -> Medium:
+        technology = TECHNOLOGIES[self.technology]
+        return Medium(technology=technology, frame_bytes=300, bit_rate_mbps=self.mbps)
+
+    def fates(
+        self, reach: Pairs, position: Floats, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int
+    ) -> Fate:
+        """Of frames of all of the fleet, in conditions that have seen nothing before."""
+        size = len(position)
+        channel = Channel(technology=self.technology, loss=Loss(p=self.loss))
+        conditions = Conditions(Scenario(seed=self.seed, fleet=Fleet(size=size), channel=channel))
+        numbers = np.full(len(reach.source), sequence)
+        rows = Rows(reach.source, reach.destination, reach.distance, numbers)
+        way = conditions.of(rows, position, sent_ns)
+        return fates(reach, way, sent_ns, sent_ns + wait_ns, self.medium, InOrder(size))
 
 
 def send(
-    over: Medium, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int = 11 * MS_NS
+    over: Over, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int = 11 * MS_NS
 ) -> tuple[Pairs, Fate]:
-    reach = pairs(EVENLY, over.technology.range_m, RING_M)
-    numbers = np.full(len(EVENLY), sequence)
-    return reach, fates(reach, numbers, sent_ns, sent_ns + wait_ns, over)
+    reach = pairs(EVENLY, over.medium.technology.range_m, RING_M)
+    fate = over.fates(reach, EVENLY, sequence=sequence, sent_ns=sent_ns, wait_ns=wait_ns)
+    return reach, fate
 
 
 @pytest.mark.parametrize(
@@ -41,12 +71,12 @@ def send(
         ("5g-mmwave", None, 343),
     ],
 )
-def test_time_on_the_air(name: str, mbps: float | None, time_ns: int) -> None:
-    assert medium(name, mbps=mbps).frame_time_ns == time_ns
+def test_time_on_the_air(name: TechnologyName, mbps: float | None, time_ns: int) -> None:
+    assert Over(name, mbps=mbps).medium.frame_time_ns == time_ns
 
 
 # Table I of the paper: range, delay from and to, broadcast.
-TABLE = {
+TABLE: Final[dict[TechnologyName, tuple[float, int, int, bool]]] = {
     "ieee80211p": (1_000.0, 10, 10, True),
     "ieee80211px": (1_000.0, 10, 10, True),
     "lte-a-pro": (30_000.0, 20, 80, True),
@@ -62,8 +92,8 @@ def test_table_of_technologies() -> None:
 
 
 @pytest.mark.parametrize("name", list(TABLE))
-def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
-    over = medium(name)
+def test_latency_is_delay_and_time_on_the_air(name: TechnologyName) -> None:
+    over = Over(name)
     latencies = []
     for sequence in range(30):
         sent_ns = sequence * 100 * MS_NS
@@ -73,10 +103,10 @@ def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
     latency_ns = np.concatenate(latencies)
     _, low_ms, high_ms, broadcast = TABLE[name]
     copies = 1 if broadcast else 2  # two neighbours within 50 m
-    assert latency_ns.min() >= low_ms * MS_NS + over.frame_time_ns
-    assert latency_ns.max() <= high_ms * MS_NS + copies * over.frame_time_ns
+    assert latency_ns.min() >= low_ms * MS_NS + over.medium.frame_time_ns
+    assert latency_ns.max() <= high_ms * MS_NS + copies * over.medium.frame_time_ns
     if low_ms < high_ms:  # uniform between: mean and extremes of thousands of draws
-        share = (latency_ns - over.frame_time_ns) / MS_NS / (high_ms - low_ms)
+        share = (latency_ns - over.medium.frame_time_ns) / MS_NS / (high_ms - low_ms)
         share -= low_ms / (high_ms - low_ms)
         n = len(share)
         assert share.mean() == pytest.approx(0.5, abs=3.0 / math.sqrt(12 * n))
@@ -88,7 +118,7 @@ def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
 @pytest.mark.parametrize("loss", [0.0, 0.05, 0.3, 1.0])
 def test_share_of_losses(loss: float) -> None:
     """Within 2.58 standard deviations, which right draws leave with probability 1 %."""
-    over, lost, n = medium("ieee80211p", loss=loss), 0, 0
+    over, lost, n = Over("ieee80211p", loss=loss), 0, 0
     for sequence in range(20):
         _, fate = send(over, sequence=sequence)
         gone = fate.outcome == pb.OUTCOME_LOST
@@ -101,14 +131,14 @@ def test_share_of_losses(loss: float) -> None:
 
 def test_each_frame_receiver_and_seed_has_its_own_luck() -> None:
     def outcomes(sequence: int, seed: int = 1) -> list[int]:
-        _, fate = send(medium("ieee80211p", loss=0.5, seed=seed), sequence=sequence)
+        _, fate = send(Over("ieee80211p", loss=0.5, seed=seed), sequence=sequence)
         outcome: list[int] = fate.outcome.tolist()
         return outcome
 
     assert outcomes(1) == outcomes(1)
     assert outcomes(1) != outcomes(2)
     assert outcomes(1) != outcomes(1, seed=2)
-    reach, _ = send(medium("ieee80211p"))
+    reach, _ = send(Over("ieee80211p"))
     there = dict(
         zip(zip(reach.source.tolist(), reach.destination.tolist(), strict=True), outcomes(1),
             strict=True)
@@ -117,9 +147,9 @@ def test_each_frame_receiver_and_seed_has_its_own_luck() -> None:
 
 
 def test_luck_does_not_depend_on_who_else_is_there() -> None:
-    over = medium("lte-a-pro", loss=0.5)
+    over = Over("lte-a-pro", loss=0.5)
     few = pairs(EVENLY[:5], 30_000.0, None)
-    some, alone = send(over)[1], fates(few, np.zeros(5, dtype=np.int64), 0, 11 * MS_NS, over)
+    some, alone = send(over)[1], over.fates(few, EVENLY[:5], wait_ns=11 * MS_NS)
     reach, _ = send(over)
     rows = (reach.source < 5) & (reach.destination < 5)
     np.testing.assert_array_equal(some.arrived_ns[rows], alone.arrived_ns)
@@ -127,9 +157,10 @@ def test_luck_does_not_depend_on_who_else_is_there() -> None:
 
 def test_copies_go_out_one_after_the_other_to_the_nearest_first() -> None:
     """Distances 10, 20 and 40 m: 5G mmWave has no broadcast and reaches 50 m."""
-    over = medium("5g-mmwave", mbps=1.0)  # 2.4 ms a copy
-    reach = pairs(np.array([100.0, 90.0, 60.0, 50.0]), 50.0, None)
-    fate = fates(reach, np.zeros(4, dtype=np.int64), 0, 100 * MS_NS, over)
+    over = Over("5g-mmwave", mbps=1.0)  # 2.4 ms a copy
+    position = np.array([100.0, 90.0, 60.0, 50.0])
+    reach = pairs(position, 50.0, None)
+    fate = over.fates(reach, position, wait_ns=100 * MS_NS)
     latency_ms = {
         (int(i), int(j)): ns / MS_NS
         for i, j, ns in zip(reach.source, reach.destination, fate.latency_ns, strict=True)
@@ -152,9 +183,10 @@ def test_copies_go_out_one_after_the_other_to_the_nearest_first() -> None:
 
 def test_out_of_range() -> None:
     """Nobody waits for a copy to one who is out of range, and no luck brings it there."""
-    over = medium("5g-mmwave", mbps=1.0)
-    reach = pairs(np.array([200.0, 140.0, 100.0]), 50.0, None)
-    fate = fates(reach, np.zeros(3, dtype=np.int64), 0, 100 * MS_NS, over)
+    over = Over("5g-mmwave", mbps=1.0)
+    position = np.array([200.0, 140.0, 100.0])
+    reach = pairs(position, 50.0, None)
+    fate = over.fates(reach, position, wait_ns=100 * MS_NS)
     rows = list(zip(reach.source.tolist(), reach.destination.tolist(), strict=True))
     assert rows == [(0, 1), (1, 0), (1, 2), (2, 1)]
     assert fate.outcome.tolist() == [
@@ -168,7 +200,7 @@ def test_out_of_range() -> None:
 
 
 def test_late_is_what_arrives_after_the_deadline() -> None:
-    over = medium("ieee80211p")
+    over = Over("ieee80211p")
     for wait_ns, outcome in (
         (10_400_000, pb.OUTCOME_DELIVERED),
         (10_399_999, pb.OUTCOME_LATE),

@@ -1,0 +1,114 @@
+"""What becomes of each frame on its way, under the channel's loss and latency and its rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.latency import LatencyModel
+from zenvoy.channel.loss import LossModel, Rows
+from zenvoy.channel.technologies import TECHNOLOGIES
+from zenvoy.channel.where import Where
+from zenvoy.scenarios import Scenario
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+class Way(NamedTuple):
+    """A row per frame and receiver: whether it is lost, or comes damaged, and its latency, ns.
+
+    The latency is without the time on the air. `ordered`: must not overtake earlier ones.
+    """
+
+    lost: Bools
+    damaged: Bools
+    latency_ns: Ints
+    ordered: Bools
+
+
+class Conditions:
+    """Loss and latency of a scenario's channel, by link, time and stretch of road.
+
+    Of the channel's own section and the rules that apply, the last one counts.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        channel, seed, size = scenario.channel, scenario.seed, scenario.fleet.size
+        delay_ms = TECHNOLOGIES[channel.technology].delay_ms
+        losses = [channel.loss, *(rule.loss for rule in channel.rules)]
+        latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
+        self._seed, self._duplicate = seed, channel.duplicate
+        self._losses = {
+            number: LossModel(loss, seed, size, number)
+            for number, loss in enumerate(losses)
+            if loss is not None
+        }
+        self._latencies = {
+            number: LatencyModel(latency, delay_ms, seed, size, number)
+            for number, latency in enumerate(latencies)
+            if latency is not None
+        }
+        self._where = {n: Where(rule, scenario) for n, rule in enumerate(channel.rules, start=1)}
+        self._draws = any(model.draws for model in self._losses.values()) or any(
+            model.draws for model in self._latencies.values()
+        )
+
+    def of(self, rows: Rows, position: Floats, sent_ns: int) -> Way:
+        """Of frames sent at `sent_ns` by vehicles at `position` (n,), m along the road."""
+        count = len(rows.source)
+        chance = share = np.zeros(count)
+        if self._draws:
+            chance, share = uniforms(self._seed, Purpose.LOSS_AND_LATENCY, *rows.keys)
+        covered = self._covered(rows, position, sent_ns)
+        lost, damaged = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
+        for number, chosen in _portions(list(self._losses), covered, count):
+            loss, some = self._losses[number], rows.only(chosen)
+            lost[chosen] = loss.lost(some, chance[chosen])
+            damaged[chosen] = loss.damaged(some)
+        return Way(lost, damaged, *self._latency(rows, covered, share))
+
+    def copies(self, rows: Rows, position: Floats, sent_ns: int) -> tuple[Bools, Way]:
+        """Which of the frames come twice, and the way of the second copies of those."""
+        chance, share = uniforms(self._seed, Purpose.DUPLICATION, *rows.keys)
+        twice = chance < self._duplicate
+        some = rows.only(twice)
+        nothing = np.zeros(len(some.source), dtype=np.bool_)
+        covered = self._covered(some, position, sent_ns)
+        return twice, Way(nothing, nothing, *self._latency(some, covered, share[twice]))
+
+    def _latency(self, rows: Rows, covered: dict[int, Bools], share: Floats) -> tuple[Ints, Bools]:
+        latency_ns = np.zeros(len(share), dtype=np.int64)
+        ordered = np.zeros(len(share), dtype=np.bool_)
+        for number, chosen in _portions(list(self._latencies), covered, len(share)):
+            latency = self._latencies[number]
+            latency_ns[chosen] = latency.of(rows.only(chosen), share[chosen])
+            ordered[chosen] = latency.ordered
+        return latency_ns, ordered
+
+    def _covered(self, rows: Rows, position: Floats, sent_ns: int) -> dict[int, Bools]:
+        """The rows that each rule applies to, by its number."""
+        found = {
+            number: where.covers(rows.source, rows.destination, position, sent_ns)
+            for number, where in self._where.items()
+        }
+        return {number: mask for number, mask in found.items() if mask is not None}
+
+
+def _portions(
+    numbers: list[int], covered: dict[int, Bools], rows: int
+) -> Iterator[tuple[int, Bools]]:
+    """The rows of each section, by its number; sections without rows are left out."""
+    owner = np.zeros(rows, dtype=np.int64)
+    for number in numbers:
+        if number in covered:
+            owner[covered[number]] = number
+    for number in numbers:
+        chosen = owner == number
+        if chosen.any():
+            yield number, chosen

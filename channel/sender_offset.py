@@ -1,0 +1,62 @@
+"""An offset that a sender keeps for a number of messages.
+
+C-V2X mode 4 picks a resource of its selection window and holds it until a counter, drawn from 5 to
+15, has run down with the messages sent; then it picks anew, or keeps it with a given probability
+(3GPP TS 36.321, sections 5.14.1.1 and 5.4.1, sl-ReselectAfter and probResourceKeep).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.loss import Rows
+from zenvoy.scenarios import SenderOffset
+
+Ints = NDArray[np.int64]
+
+
+class SenderOffsets:
+    """The offsets of `size` senders; they depend on seed, sender and sequence number alone.
+
+    Senders of another `number` draw for themselves.
+    """
+
+    def __init__(self, settings: SenderOffset, seed: int, size: int, number: int = 0) -> None:
+        self._settings, self._seed, self._size = settings, seed, size
+        self._number = number
+        self._max_ns = round(settings.max_ms * 1e6)
+        self._offset_ns, self._picks, self._next, self._left = (
+            np.zeros(size, dtype=np.int64) for _ in range(4)
+        )
+
+    def of(self, rows: Rows) -> Ints:
+        """Offsets of these frames, ns, (r,). A sender's numbers never fall from call to call."""
+        if self._max_ns == 0:
+            return np.zeros(len(rows.source), dtype=np.int64)
+        newest = np.full(self._size, -1)
+        newest[rows.source] = rows.sequence
+        while (behind := np.flatnonzero(self._next <= newest)).size:  # once, as a rule
+            self._step(behind)
+        return self._offset_ns[rows.source]
+
+    def _step(self, sender: Ints) -> None:
+        """The next frame of each."""
+        self._next[sender] += 1
+        ended = sender[self._left[sender] == 0]
+        if ended.size:
+            self._pick(ended)
+        self._left[sender] -= 1
+
+    def _pick(self, sender: Ints) -> None:
+        settings, pick = self._settings, self._picks[sender]
+        keys = (sender + 1, self._number, pick)
+        place, span = uniforms(self._seed, Purpose.SENDER_OFFSET, *keys)
+        keep, _ = uniforms(self._seed, Purpose.SENDER_KEEPS, *keys)
+        moves = (pick == 0) | (keep >= settings.keep)
+        new_ns = np.floor(place * self._max_ns).astype(np.int64)
+        self._offset_ns[sender] = np.where(moves, new_ns, self._offset_ns[sender])
+        spans = 1 + settings.to_messages - settings.from_messages
+        self._left[sender] = settings.from_messages + np.floor(span * spans).astype(np.int64)
+        self._picks[sender] += 1

@@ -1,0 +1,277 @@
+"""Latencies against scipy's distributions, offsets that senders hold, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import stats
+
+from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.latency import LatencyModel, delays
+from zenvoy.channel.loss import Rows
+from zenvoy.channel.sender_offset import SenderOffsets
+from zenvoy.scenarios import Latency, ScenarioError, SenderOffset, load
+
+Ints = NDArray[np.int64]
+
+NS_PER_MS: Final = 1e6
+DRAWS: Final = 200_000
+TABLE_MS: Final = (20.0, 80.0)
+
+# Each with scipy's distribution in ms, and what lies beyond the bounds cut off.
+SHAPES: Final[list[tuple[Latency, Any]]] = [
+    (Latency(), stats.uniform(20.0, 60.0)),
+    (Latency(distribution="uniform", min_ms=5.0, max_ms=30.0), stats.uniform(5.0, 25.0)),
+    (
+        Latency(distribution="normal", mean_ms=20.0, std_ms=5.0),
+        stats.truncnorm(-4.0, np.inf, loc=20.0, scale=5.0),
+    ),
+    (
+        Latency(distribution="normal", mean_ms=20.0, std_ms=10.0, min_ms=15.0, max_ms=45.0),
+        stats.truncnorm(-0.5, 2.5, loc=20.0, scale=10.0),
+    ),
+    (
+        Latency(distribution="gamma", mean_ms=30.0, std_ms=10.0, min_ms=10.0),
+        stats.gamma(4.0, loc=10.0, scale=5.0),
+    ),
+    (Latency(distribution="gamma", mean_ms=3.0, std_ms=3.0), stats.expon(scale=3.0)),
+    (Latency(distribution="pareto", min_ms=10.0, mean_ms=15.0), stats.pareto(3.0, scale=10.0)),
+    (
+        Latency(distribution="pareto", min_ms=10.0, mean_ms=15.0, max_ms=40.0),
+        stats.truncpareto(3.0, 4.0, scale=10.0),
+    ),
+]
+CUT: Final = Latency(distribution="gamma", mean_ms=30.0, std_ms=10.0, min_ms=10.0, max_ms=35.0)
+
+
+def latencies_ms(latency: Latency, seed: int = 1) -> NDArray[np.float64]:
+    _, share = uniforms(seed, Purpose.LOSS_AND_LATENCY, 1, 2, np.arange(DRAWS))
+    return delays(latency, TABLE_MS)(share) / NS_PER_MS
+
+
+def agrees(draws_ms: NDArray[np.float64], cdf: Callable[[Any], Any]) -> bool:
+    """Kolmogorov and Smirnov's test at 1 %; draws are cut to whole ns, which it cannot see."""
+    return bool(stats.kstest(draws_ms, cdf).pvalue > 0.01)
+
+
+@pytest.mark.parametrize(("latency", "shape"), SHAPES, ids=[s.distribution for s, _ in SHAPES])
+def test_distributions_are_scipys(latency: Latency, shape: Any) -> None:
+    draws_ms = latencies_ms(latency)
+    assert agrees(draws_ms, shape.cdf)
+    # What it must not agree with: the same, two hundredths of its spread to the right.
+    low, high = shape.ppf([0.25, 0.75])
+    assert not agrees(draws_ms + 0.02 * (high - low), shape.cdf)
+    share = 0.9
+    spread = np.sqrt(share * (1.0 - share) / DRAWS)
+    assert (draws_ms <= shape.ppf(share)).mean() == pytest.approx(share, abs=2.6 * spread)
+
+
+def test_gamma_is_cut_off() -> None:
+    shape = stats.gamma(4.0, loc=10.0, scale=5.0)
+    draws_ms = latencies_ms(CUT)
+    assert draws_ms.max() <= 35.0
+    assert agrees(draws_ms, lambda ms: np.minimum(shape.cdf(ms) / shape.cdf(35.0), 1.0))
+
+
+def test_fixed() -> None:
+    assert set(latencies_ms(Latency(distribution="fixed", mean_ms=12.5)).tolist()) == {12.5}
+
+
+def test_samples_are_drawn_as_often_as_they_are_given() -> None:
+    latency = Latency(distribution="samples", samples_ms=(30.0, 10.0, 10.0, 20.5))
+    values, counts = np.unique(latencies_ms(latency), return_counts=True)
+    assert values.tolist() == [10.0, 20.5, 30.0]
+    assert stats.chisquare(counts, np.array([0.5, 0.25, 0.25]) * DRAWS).pvalue > 0.01
+
+
+@given(
+    st.sampled_from([*(latency for latency, _ in SHAPES), CUT]),
+    st.lists(st.integers(0, 2**53 - 1), min_size=2, max_size=10),
+)
+def test_a_later_draw_is_a_later_frame(latency: Latency, parts: list[int]) -> None:
+    draws = np.array(sorted(parts)) / 2**53
+    found = delays(latency, TABLE_MS)(draws)
+    assert (np.diff(found) >= 0).all()
+    assert found.min() >= round((latency.min_ms or 0.0) * NS_PER_MS)
+    if latency.max_ms is not None:
+        assert found.max() <= round(latency.max_ms * NS_PER_MS)
+
+
+# Offsets that senders hold.
+
+SENDERS: Final = 400
+MESSAGES: Final = 500
+
+
+def rows(sequence: int, senders: Ints | None = None) -> Rows:
+    source = np.arange(SENDERS) if senders is None else senders
+    nobody = np.zeros(len(source), dtype=np.int64)
+    return Rows(source, nobody, nobody.astype(np.float64), np.full(len(source), sequence))
+
+
+def held(settings: SenderOffset, seed: int = 1, number: int = 0) -> Ints:
+    """(message, sender), ns."""
+    offsets = SenderOffsets(settings, seed, SENDERS, number)
+    return np.array([offsets.of(rows(sequence)) for sequence in range(MESSAGES)])
+
+
+def spans(offsets: Ints) -> Ints:
+    """For how many messages an offset was held, without the last of each sender."""
+    lengths = []
+    for column in offsets.T:
+        changes = np.flatnonzero(np.diff(column)) + 1
+        lengths.append(np.diff(np.concatenate([[0], changes])))
+    return np.concatenate(lengths)
+
+
+def test_offsets_are_held_for_a_number_of_messages() -> None:
+    offsets = held(SenderOffset(max_ms=100.0))
+    lengths, counts = np.unique(spans(offsets), return_counts=True)
+    assert lengths.tolist() == list(range(5, 16))
+    # Of the first 30 spans of a sender, which are all complete, every length is as likely.
+    first = np.concatenate([spans(column[:, None])[:30] for column in offsets.T])
+    assert stats.chisquare(np.unique(first, return_counts=True)[1]).pvalue > 0.01
+    assert counts.min() > 0
+    assert agrees(offsets[0] / NS_PER_MS, stats.uniform(0.0, 100.0).cdf)
+    assert agrees(offsets[-1] / NS_PER_MS, stats.uniform(0.0, 100.0).cdf)
+
+
+def test_offsets_of_senders_and_rules_are_their_own() -> None:
+    offsets = held(SenderOffset(max_ms=100.0))
+    anew = offsets[::15, :20]  # no offset is held for more than 15
+    correlations = np.array(np.corrcoef(anew.T))
+    apart = correlations[~np.eye(20, dtype=bool)]
+    assert np.abs(apart).max() < 4.0 / np.sqrt(len(anew))
+    for other in (
+        held(SenderOffset(max_ms=100.0), seed=2),
+        held(SenderOffset(max_ms=100.0), number=1),
+    ):
+        assert (other != offsets).mean() > 0.99
+
+
+def test_autocorrelation_falls_as_spans_end() -> None:
+    """After d messages the same offset holds with probability E[max(0, L - d)] / E[L]."""
+    offsets = held(SenderOffset(max_ms=100.0))[100:] / 1e8 - 0.5
+    lengths = np.arange(5, 16)
+    for lag in (1, 5, 10, 15):
+        expected = np.maximum(lengths - lag, 0).mean() / lengths.mean()
+        found = (offsets[lag:] * offsets[:-lag]).mean() / (offsets**2).mean()
+        assert found == pytest.approx(expected, abs=0.03)
+
+
+def test_offsets_may_be_kept() -> None:
+    settings = SenderOffset(max_ms=100.0, from_messages=3, to_messages=3, keep=0.8)
+    offsets = held(settings)[::3]  # a pick at each
+    keeps = (np.diff(offsets, axis=0) == 0).mean()
+    picks = offsets[1:].size
+    assert keeps == pytest.approx(0.8, abs=2.6 * np.sqrt(0.16 / picks))
+
+
+@given(st.lists(st.integers(1, 40), min_size=1, max_size=8))
+def test_offsets_do_not_depend_on_who_was_asked_when(steps: list[int]) -> None:
+    settings = SenderOffset(max_ms=100.0)
+    often, seldom = (SenderOffsets(settings, 1, SENDERS) for _ in range(2))
+    sequence = 0
+    for step in steps:
+        for number in range(sequence, sequence + step):
+            all_of_them = often.of(rows(number))
+        sequence += step
+        np.testing.assert_array_equal(
+            seldom.of(rows(sequence - 1, np.array([3, 7]))), all_of_them[[3, 7]]
+        )
+
+
+def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
+    offset = SenderOffset(max_ms=100.0)
+    plain, shifted = (
+        LatencyModel(Latency(sender_offset=offsets), TABLE_MS, 1, SENDERS)
+        for offsets in (SenderOffset(), offset)
+    )
+    share = np.linspace(0.0, 0.999, SENDERS)
+    shift = SenderOffsets(offset, 1, SENDERS).of(rows(0))
+    np.testing.assert_array_equal(shifted.of(rows(0), share), plain.of(rows(0), share) + shift)
+
+
+# In a scenario.
+
+
+def refused(tmp_path: Path, channel: str) -> list[str]:
+    path = tmp_path / "s.yaml"
+    path.write_text(f"channel: {channel}\n")
+    with pytest.raises(ScenarioError) as error:
+        load(path)
+    return str(error.value).splitlines()
+
+
+@pytest.mark.parametrize(
+    ("latency", "line"),
+    [
+        (
+            "{distribution: gaussian}",
+            "channel.latency.distribution: 'gaussian' is not one of technology, fixed, uniform, "
+            "normal, gamma, pareto, samples",
+        ),
+        (
+            "{distribution: fixed}",
+            "channel.latency.mean_ms: missing; channel.latency.distribution is fixed, which needs "
+            "mean_ms",
+        ),
+        (
+            "{distribution: fixed, mean_ms: 5, std_ms: 1}",
+            "channel.latency.std_ms: is given, but channel.latency.distribution is fixed; "
+            "allowed: null",
+        ),
+        (
+            "{mean_ms: 5}",
+            "channel.latency.mean_ms: is given, but channel.latency.distribution is technology; "
+            "allowed: null",
+        ),
+        (
+            "{distribution: uniform, min_ms: 20, max_ms: 10}",
+            "channel.latency.max_ms: 10 is less than channel.latency.min_ms (20)",
+        ),
+        (
+            "{distribution: pareto, min_ms: 20, mean_ms: 20}",
+            "channel.latency.mean_ms: 20 is not greater than channel.latency.min_ms (20)",
+        ),
+        (
+            "{distribution: pareto, min_ms: 0, mean_ms: 20}",
+            "channel.latency.min_ms: 0 is not greater than 0, which pareto needs",
+        ),
+        (
+            "{sender_offset: {from_messages: 5, to_messages: 4}}",
+            "channel.latency.sender_offset.to_messages: 4 is less than "
+            "channel.latency.sender_offset.from_messages (5)",
+        ),
+        ("{distribution: samples, file: none.csv}", "channel.latency.file: "),
+        (
+            "{distribution: samples, file: a.csv, samples_ms: [1]}",
+            "channel.latency.file: given beside samples_ms; allowed: one of both",
+        ),
+    ],
+)
+def test_refusals(tmp_path: Path, latency: str, line: str) -> None:
+    (found,) = refused(tmp_path, f"{{latency: {latency}}}")
+    assert found.startswith(line)
+    assert "s.yaml" in found
+
+
+def test_samples_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "s.yaml"
+    path.write_text("channel: {latency: {distribution: samples, file: measured.csv}}\n")
+    (tmp_path / "measured.csv").write_text("latency_ms\n10.5\n30\n")
+    assert load(path).scenario.channel.latency.samples_ms == (10.5, 30.0)
+    path.write_text("channel: {rules: [{latency: {distribution: samples, file: measured.csv}}]}\n")
+    latency = load(path).scenario.channel.rules[0].latency
+    assert latency is not None
+    assert latency.samples_ms == (10.5, 30.0)
+    (tmp_path / "measured.csv").write_text("latency_ms\n10.5\nfast\n")
+    with pytest.raises(ScenarioError, match=r"latency_ms: 'fast' is not a number .*csv, line 3"):
+        load(path)
