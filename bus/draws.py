@@ -39,6 +39,7 @@ class Purpose(IntEnum):
     SENDER_KEEPS = 23
     CORRUPTION = 24
     DUPLICATION = 25
+    SHADOWING = 26
 
 
 def numbered(purpose: Purpose, number: int) -> int:

@@ -15,13 +15,11 @@ from zenvoy.channel.conditions import Conditions, Way
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
 from zenvoy.channel.in_order import InOrder
-from zenvoy.channel.loss import Rows
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
+from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
-
-Floats = NDArray[np.float64]
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
@@ -88,31 +86,30 @@ class ChannelAgent:
         if not speaks.all():
             reach = reach.only(speaks[reach.source])
         rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
-        fate = self._fate(reach, rows, position, sent_ns)
+        scene = Scene(self._cycle, sent_ns, position, self._ring_length_m)
+        fate = self._fate(reach, rows, scene)
         if self._duplicates:
-            rows, fate = self._with_copies(reach, rows, fate, position, sent_ns)
+            rows, fate = self._with_copies(reach, rows, fate, scene)
         self._air.send(inbox.payloads(BEACON), rows.source, rows.destination, fate.arrived_ns)
         return _links(self._cycle, sent_ns, rows, fate)
 
-    def _fate(self, reach: Pairs, rows: Rows, position: Floats, sent_ns: int) -> Fate:
-        way = self._conditions.of(rows, position, sent_ns)
-        outages = self._outages.lost(rows.source, rows.destination, position, sent_ns)
+    def _fate(self, reach: Pairs, rows: Rows, scene: Scene) -> Fate:
+        way = self._conditions.of(rows, scene)
+        outages = self._outages.lost(rows.source, rows.destination, scene.position, scene.sent_ns)
         if outages is not None:
             way = way._replace(lost=way.lost | outages)
-        return self._settled(reach, way, sent_ns)
+        return self._settled(reach, way, scene.sent_ns)
 
     def _settled(self, reach: Pairs, way: Way, sent_ns: int) -> Fate:
         deadline_ns = sent_ns + self._ahead * self._period_ns + self._wait_ns
         return fates(reach, way, sent_ns, deadline_ns, self._medium, self._in_order)
 
-    def _with_copies(
-        self, reach: Pairs, rows: Rows, fate: Fate, position: Floats, sent_ns: int
-    ) -> tuple[Rows, Fate]:
+    def _with_copies(self, reach: Pairs, rows: Rows, fate: Fate, scene: Scene) -> tuple[Rows, Fate]:
         """The frames, and after them the second copies of some that get through."""
         through = fate.arrived_ns >= 0
-        twice, way = self._conditions.copies(rows.only(through), position, sent_ns)
+        twice, way = self._conditions.copies(rows.only(through), scene)
         through[through] = twice
-        copies = self._settled(reach.only(through), way, sent_ns)
+        copies = self._settled(reach.only(through), way, scene.sent_ns)
         copies.outcome[:] = pb.OUTCOME_DUPLICATE
         return (
             Rows._make(_joined(rows, rows.only(through))),

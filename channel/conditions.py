@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.channel.latency import LatencyModel
-from zenvoy.channel.loss import LossModel, Rows
+from zenvoy.channel.loss import LossModel
+from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.channel.where import Where
 from zenvoy.scenarios import Scenario
@@ -59,27 +60,27 @@ class Conditions:
             model.draws for model in self._latencies.values()
         )
 
-    def of(self, rows: Rows, position: Floats, sent_ns: int) -> Way:
-        """Of frames sent at `sent_ns` by vehicles at `position` (n,), m along the road."""
+    def of(self, rows: Rows, scene: Scene) -> Way:
+        """Of the frames of a cycle."""
         count = len(rows.source)
         chance = share = np.zeros(count)
         if self._draws:
             chance, share = uniforms(self._seed, Purpose.LOSS_AND_LATENCY, *rows.keys)
-        covered = self._covered(rows, position, sent_ns)
+        covered = self._covered(rows, scene)
         lost, damaged = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
         for number, chosen in _portions(list(self._losses), covered, count):
             loss, some = self._losses[number], rows.only(chosen)
-            lost[chosen] = loss.lost(some, chance[chosen])
+            lost[chosen] = loss.lost(some, scene, chance[chosen])
             damaged[chosen] = loss.damaged(some)
         return Way(lost, damaged, *self._latency(rows, covered, share))
 
-    def copies(self, rows: Rows, position: Floats, sent_ns: int) -> tuple[Bools, Way]:
+    def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Way]:
         """Which of the frames come twice, and the way of the second copies of those."""
         chance, share = uniforms(self._seed, Purpose.DUPLICATION, *rows.keys)
         twice = chance < self._duplicate
         some = rows.only(twice)
         nothing = np.zeros(len(some.source), dtype=np.bool_)
-        covered = self._covered(some, position, sent_ns)
+        covered = self._covered(some, scene)
         return twice, Way(nothing, nothing, *self._latency(some, covered, share[twice]))
 
     def _latency(self, rows: Rows, covered: dict[int, Bools], share: Floats) -> tuple[Ints, Bools]:
@@ -91,10 +92,10 @@ class Conditions:
             ordered[chosen] = latency.ordered
         return latency_ns, ordered
 
-    def _covered(self, rows: Rows, position: Floats, sent_ns: int) -> dict[int, Bools]:
+    def _covered(self, rows: Rows, scene: Scene) -> dict[int, Bools]:
         """The rows that each rule applies to, by its number."""
         found = {
-            number: where.covers(rows.source, rows.destination, position, sent_ns)
+            number: where.covers(rows.source, rows.destination, scene.position, scene.sent_ns)
             for number, where in self._where.items()
         }
         return {number: mask for number, mask in found.items() if mask is not None}

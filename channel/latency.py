@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import gammainc, gammaincinv
 
 from zenvoy.bus.quantile import normal_quantile
-from zenvoy.channel.loss import Rows
+from zenvoy.channel.rows import Rows
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.scenarios import Latency
 

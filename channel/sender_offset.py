@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus.draws import Purpose, uniforms
-from zenvoy.channel.loss import Rows
+from zenvoy.channel.rows import Rows
 from zenvoy.scenarios import SenderOffset
 
 Ints = NDArray[np.int64]

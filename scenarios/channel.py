@@ -13,6 +13,8 @@ TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 Distribution = Literal["technology", "fixed", "uniform", "normal", "gamma", "pareto", "samples"]
 Messages = Annotated[int, Field(ge=1, le=10_000)]
 DistanceLoss = Annotated[tuple[NonNegative, Fraction], Field(strict=False)]
+Decibels = Annotated[float, Field(ge=-1000, le=1000)]
+Exponent = Annotated[float, Field(ge=0, le=10)]
 Along = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
@@ -43,15 +45,37 @@ class FourState(Section):
     p14: Fraction = 0.0
 
 
+class PathLoss(Section):
+    """Loss from received power: two-slope path loss, shadowing, vehicles in the way, fading.
+
+    A frame is lost where the power is below sensitivity_dbm. reference_loss_db is that at 10 m;
+    from there exponent, beyond break_m exponent_beyond. shadowing_db: standard deviation, which
+    falls to 1/e of its correlation after decorrelation_m. blockage_db for each vehicle between.
+    fading_m: shape of Nakagami fading, anew for each frame (1: Rayleigh); null: none.
+    """
+
+    transmit_dbm: Decibels = 23.0
+    sensitivity_dbm: Decibels = -88.0
+    reference_loss_db: Decibels = 66.1
+    exponent: Exponent = 1.66
+    break_m: Annotated[float, Field(ge=10, le=LARGEST)] = 104.0
+    exponent_beyond: Exponent = 2.88
+    shadowing_db: Annotated[float, Field(ge=0, le=100)] = 3.95
+    decorrelation_m: Positive = 25.0
+    blockage_db: Annotated[float, Field(ge=0, le=1000)] = 9.0
+    fading_m: Annotated[float, Field(ge=0.5, le=1000)] | None = None
+
+
 class Loss(Section):
     """What a receiver misses: a frame is lost if any of these says so, each link for itself.
 
-    by_distance: (distance_m, probability) in order of distance, straight lines between them, and
-    as at the nearest of them beyond. corrupt: the probability that a frame arrives damaged; the
-    receiver drops it.
+    path_loss null: power is no matter. by_distance: (distance_m, probability) in order of
+    distance, straight lines between them, and as at the nearest of them beyond. corrupt: the
+    probability that a frame arrives damaged; the receiver drops it.
     """
 
     p: Fraction = 0.0
+    path_loss: PathLoss | None = None
     by_distance: Annotated[tuple[DistanceLoss, ...], Field(strict=False)] = ()  # a list is fine too
     corrupt: Fraction = 0.0
     gilbert_elliott: GilbertElliott = GilbertElliott()

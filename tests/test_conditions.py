@@ -18,7 +18,7 @@ from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.conditions import Conditions, Way
 from zenvoy.channel.in_order import InOrder
-from zenvoy.channel.loss import Rows
+from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import (
     Channel,
     Control,
@@ -63,7 +63,9 @@ def frames(sequence: int) -> Rows:
 def ways(channel: Channel, count: int = 60) -> Way:
     """(count, links): what becomes of so many frames of each link, one every 0.1 s."""
     conditions = Conditions(scenario(channel))
-    found = [conditions.of(frames(n), POSITION, n * S_NS // 10) for n in range(count)]
+    found = [
+        conditions.of(frames(n), Scene(n, n * S_NS // 10, POSITION, 600.0)) for n in range(count)
+    ]
     return Way(*map(np.array, zip(*found, strict=True)))
 
 

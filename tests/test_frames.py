@@ -14,8 +14,8 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.conditions import Conditions
 from zenvoy.channel.frames import Fate, Medium, fates
 from zenvoy.channel.in_order import InOrder
-from zenvoy.channel.loss import Rows
 from zenvoy.channel.pairs import Pairs, pairs
+from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, TechnologyName
 
@@ -49,7 +49,7 @@ class Over:
         conditions = Conditions(Scenario(seed=self.seed, fleet=Fleet(size=size), channel=channel))
         numbers = np.full(len(reach.source), sequence)
         rows = Rows(reach.source, reach.destination, reach.distance, numbers)
-        way = conditions.of(rows, position, sent_ns)
+        way = conditions.of(rows, Scene(sequence, sent_ns, position, RING_M))
         return fates(reach, way, sent_ns, sent_ns + wait_ns, self.medium, InOrder(size))
 
 

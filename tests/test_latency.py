@@ -15,7 +15,7 @@ from scipy import stats
 
 from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.channel.latency import LatencyModel, delays
-from zenvoy.channel.loss import Rows
+from zenvoy.channel.rows import Rows
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.scenarios import Latency, ScenarioError, SenderOffset, load
 

@@ -32,6 +32,7 @@ SETTINGS: Final = {
     "PBCM, by radar": ["seed=2"],
     "PBCM, normal errors and losses": ["sensors.distribution=gaussian", BURSTS],
     "MBCM, by position": ["control.schedule.0.model=MBCM", "control.neighbour_state=position"],
+    "PBCM, received power": ["channel.loss.path_loss={fading_m: 1.5}"],
     "CACC": ["control.schedule.0.model=CACC", "sensors.position_std_m=1.5"],
 }
 

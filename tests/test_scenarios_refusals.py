@@ -106,8 +106,8 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ),
         (
             "channel: {loss: 0.3}",
-            "channel.loss: 0.3 is not a mapping; allowed keys: p, by_distance, corrupt, "
-            "gilbert_elliott, four_state  (s.yaml, line 1)",
+            "channel.loss: 0.3 is not a mapping; allowed keys: p, path_loss, by_distance, "
+            "corrupt, gilbert_elliott, four_state  (s.yaml, line 1)",
         ),
         (
             "channel: {bit_rate_mbps: fast}",

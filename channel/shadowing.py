@@ -1,0 +1,71 @@
+"""Shadowing: a normal loss in dB for each pair of vehicles, that changes as they move.
+
+S' = ρ S + √(1 - ρ²) N with ρ = exp(-Δ / decorrelation), Δ the way that both ends have gone since
+(Gudmundson 1991; 3GPP TR 36.885). It is the same in both directions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus.draws import Purpose, normals, numbered
+from zenvoy.channel.rows import Rows, Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Shadowing:
+    """The shadowing of every pair of `size` vehicles that is ever asked for, in dB.
+
+    A pair draws once in a cycle, for itself, keyed by the cycle; what it has depends besides on
+    the way gone, and so on the run.
+    """
+
+    def __init__(
+        self, std_db: float, decorrelation_m: float, seed: int, size: int, number: int = 0
+    ) -> None:
+        self._std_db, self._decorrelation_m = std_db, decorrelation_m
+        self._seed, self._size = seed, size
+        self._purpose = numbered(Purpose.SHADOWING, number)
+        # A row per pair, in rising order of its code: value, and positions of both at that time.
+        self._code = np.zeros(0, dtype=np.int64)
+        self._value, self._low_at, self._high_at = (np.zeros(0) for _ in range(3))
+
+    def of(self, rows: Rows, scene: Scene) -> Floats:
+        """Shadowing, dB, (r,), in a cycle; call it once for each."""
+        if self._std_db == 0.0:
+            return np.zeros(len(rows.source))
+        low = np.minimum(rows.source, rows.destination)
+        high = np.maximum(rows.source, rows.destination)
+        code, back = np.unique(low * self._size + high, return_inverse=True)
+        low, high = np.divmod(code, self._size)
+        value = self._moved(code, low, high, scene)
+        return np.asarray(self._std_db * value[back])
+
+    def _moved(self, code: Ints, low: Ints, high: Ints, scene: Scene) -> Floats:
+        """Values of the pairs now, of unit variance; and keep them."""
+        place = scene.position
+        fresh = normals(self._seed, self._purpose, low + 1, high + 1, scene.cycle)
+        at = np.searchsorted(self._code, code)
+        known = at < len(self._code)
+        known[known] = self._code[at[known]] == code[known]
+        rows = at[known]
+        way = np.abs(place[low[known]] - self._low_at[rows])
+        way += np.abs(place[high[known]] - self._high_at[rows])
+        kept = np.exp(-way / self._decorrelation_m)
+        value = fresh.copy()
+        value[known] = kept * self._value[rows] + np.sqrt(1.0 - kept * kept) * fresh[known]
+        if not known.all():
+            self._put_in(code[~known])
+            at = np.searchsorted(self._code, code)
+        self._value[at], self._low_at[at], self._high_at[at] = value, place[low], place[high]
+        return value
+
+    def _put_in(self, code: Ints) -> None:
+        places = np.searchsorted(self._code, code)
+        self._code = np.insert(self._code, places, code)
+        self._value = np.insert(self._value, places, 0.0)
+        self._low_at = np.insert(self._low_at, places, 0.0)
+        self._high_at = np.insert(self._high_at, places, 0.0)
