@@ -17,8 +17,8 @@ from zenvoy.analysis.links import (
     latencies,
     loss_bursts,
 )
-from zenvoy.analysis.load import Run
 from zenvoy.analysis.section import Picture, Section
+from zenvoy.analysis.traffic import Traffic
 from zenvoy.analysis.v2v_figures import (
     draw_age_map,
     draw_ages,
@@ -38,7 +38,7 @@ from zenvoy.analysis.v2v_sheets import (
 _TITLE: Final = "V2V"
 
 
-def v2v_section(run: Run) -> Section:
+def v2v_section(run: Traffic) -> Section:
     """Delivery, latency, age of information and bursts of losses; raises LogError."""
     if not run.frame_rows or not (told := delivery(run.frames)).sent:
         reason = "no frame was in range of a receiver" if run.frame_rows else "none was logged"
@@ -66,7 +66,7 @@ def v2v_section(run: Run) -> Section:
     return Section(title=_TITLE, sheets=tuple(sheets), pictures=tuple(pictures), notes=tuple(notes))
 
 
-def _latency_picture(run: Run, latency: Latencies) -> Picture:
+def _latency_picture(run: Traffic, latency: Latencies) -> Picture:
     technology = run.scenario.channel.technology
     return Picture(
         name="v2v_latency",
@@ -90,7 +90,7 @@ def _delivery_picture(distances: Distances, told: Delivery) -> Picture:
     )
 
 
-def _age_pictures(run: Run, aged: Ages) -> tuple[Picture, Picture]:
+def _age_pictures(run: Traffic, aged: Ages) -> tuple[Picture, Picture]:
     period_ms, limit_ms = run.scenario.period_ns * 1e-6, run.scenario.control.beacon_age_limit_ms
     counts: dict[str, NDArray[Any]] = {
         name: aged.of(links) for name, links in link_groups(aged, run).items()

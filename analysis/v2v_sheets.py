@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.ages import Ages
 from zenvoy.analysis.links import Delivery, Distances, Latencies, geometric, wilson
-from zenvoy.analysis.load import Run
 from zenvoy.analysis.section import Cell, Sheet
+from zenvoy.analysis.traffic import Traffic
 
 _WILSON_NOTE: Final = (
     "The interval is Wilson's at 95 %, for losses that are independent of each other; where they "
@@ -18,7 +18,7 @@ _WILSON_NOTE: Final = (
 )
 
 
-def delivery_sheet(run: Run, told: Delivery) -> Sheet:
+def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
     """One row: outcomes of the run."""
     low, high = wilson(np.array([told.delivered]), np.array([told.sent]))
     shares = (told.delivered / told.sent, float(low[0]), float(high[0]))
@@ -43,7 +43,7 @@ def delivery_sheet(run: Run, told: Delivery) -> Sheet:
     )
 
 
-def latency_sheet(run: Run, latency: Latencies) -> Sheet:
+def latency_sheet(run: Traffic, latency: Latencies) -> Sheet:
     """One row: mean and quantiles of the latency of the frames that were delivered."""
     quantiles = (latency.quantile_ms(share) for share in (0.5, 0.95, 0.99, 1.0))
     return Sheet(
@@ -94,7 +94,7 @@ def distance_sheet(found: Distances) -> Sheet:
     )
 
 
-def age_sheet(run: Run, aged: Ages) -> Sheet:
+def age_sheet(run: Traffic, aged: Ages) -> Sheet:
     """Age of information on the links that controllers use, and on all."""
     period_ms = run.scenario.period_ns * 1e-6
     limit_ms = run.scenario.control.beacon_age_limit_ms
@@ -155,7 +155,7 @@ def burst_sheet(bursts: NDArray[np.int64], loss_ratio: float) -> Sheet:
     )
 
 
-def link_groups(aged: Ages, run: Run) -> dict[str, NDArray[np.bool_]]:
+def link_groups(aged: Ages, run: Traffic) -> dict[str, NDArray[np.bool_]]:
     """Links by what the destination hears on them: the next vehicles, and everyone."""
     n, ring = run.vehicles, run.scenario.ring_length_m is not None
     ahead = aged.source == aged.destination - 1

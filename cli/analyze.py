@@ -33,7 +33,7 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
     """Print what a log tells, and leave its report, tables and pictures; the exit code."""
     try:
         run = _with_motion(log)
-        folder = _folder(log.parent / f"{log.stem}-analysis" if out is None else out)
+        folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
         summary, told = summary_of(run), chapters(run)
     except (LogError, OutError) as error:
         errors.print(str(error))
@@ -44,7 +44,7 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
     for section in told:
         print_section(console, section)
     page = report_page(run, (overview_section(run, summary), *told))
-    return _leave(page, "report.html", folder, console, errors)
+    return leave(page, "report.html", folder, console, errors)
 
 
 def compare(
@@ -54,7 +54,7 @@ def compare(
     try:
         named = labels_for(logs, labels)
         runs = [_with_motion(log) for log in logs]
-        folder = _folder(Path("runs") / f"{stamp()}-comparison" if out is None else out)
+        folder = folder_for(Path("runs") / f"{stamp()}-comparison" if out is None else out)
         compared = [
             Compared(label=label, run=run, summary=summary_of(run))
             for label, run in zip(named, runs, strict=True)
@@ -69,7 +69,7 @@ def compare(
         console.print(f"{name}: {value}", highlight=False, markup=False)
     for section in page.sections:
         print_section(console, section)
-    return _leave(page, "compare.html", folder, console, errors)
+    return leave(page, "compare.html", folder, console, errors)
 
 
 def _with_motion(log: Path) -> Run:
@@ -81,7 +81,8 @@ def _with_motion(log: Path) -> Run:
     return run
 
 
-def _folder(folder: Path) -> Path:
+def folder_for(folder: Path) -> Path:
+    """The folder, made where it is not there; raises OutError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -89,7 +90,7 @@ def _folder(folder: Path) -> Path:
     return folder
 
 
-def _leave(page: Page, name: str, folder: Path, console: Console, errors: Console) -> int:
+def leave(page: Page, name: str, folder: Path, console: Console, errors: Console) -> int:
     """Draw, write every file, and say where they are."""
     pictures = [picture for section in page.sections for picture in section.pictures]
     sheets = [sheet for section in page.sections for sheet in section.sheets]

@@ -10,13 +10,21 @@ import signal
 import sys
 from enum import StrEnum
 from pathlib import Path
-from types import FrameType
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
+from zenvoy.cli.log_commands import COMMANDS
+from zenvoy.cli.terminal import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    app,
+    console,
+    errors,
+    interrupt,
+    refuse,
+)
 from zenvoy.scenarios import (
     Loaded,
     ScenarioError,
@@ -24,29 +32,6 @@ from zenvoy.scenarios import (
     effective_yaml,
     load,
 )
-
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_PROCESS_LOST = 3
-EXIT_INTERRUPTED = 130
-
-app = typer.Typer(
-    name="zenvoy",
-    help="Emulates convoys of vehicles that talk to each other.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-console = Console(soft_wrap=False)
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
-
-
-class Form(StrEnum):
-    """The kinds of files a log can be exported to."""
-
-    PARQUET = "parquet"
-    CSV = "csv"
 
 
 class Bus(StrEnum):
@@ -59,7 +44,6 @@ class Bus(StrEnum):
 ScenarioArgument = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a built-in scenario, or a file.")
 ]
-LogArgument = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="Log of a run.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replace a value, e.g. channel.loss.p=0.3."),
@@ -86,7 +70,7 @@ def run(
     from zenvoy.cli.execute import execute
 
     for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _interrupt)
+        signal.signal(number, interrupt)
     raise typer.Exit(execute(loaded, out, bus.value, console, errors))
 
 
@@ -129,71 +113,21 @@ def technologies() -> None:
 
 
 @app.command()
-def info(log: LogArgument) -> None:
-    """Print what a log says of its run: metadata, topics, counts, fingerprint."""
-    from zenvoy.analysis.log import LogError, read_facts
-    from zenvoy.cli.report import print_facts
-
-    try:
-        facts = read_facts(log)
-    except LogError as error:
-        _refuse(str(error))
-    if facts.cut:
-        errors.print(f"{log}: {facts.cut}")
-    print_facts(console, facts)
-
-
-@app.command()
-def analyze(
-    log: LogArgument,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
-    ] = None,
+def channel(
+    scenario: ScenarioArgument,
+    overrides: SetOption = None,
+    seed: SeedOption = None,
+    duration_s: Annotated[float, typer.Option(help="How long to look at it, s.")] = 60.0,
+    out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-channel].")] = None,
 ) -> None:
-    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
-    from zenvoy.cli.analyze import analyze
+    """Draw what the channel of a scenario does to beacons: latency, loss, bursts, age."""
+    from zenvoy.cli.channel import channel
 
-    raise typer.Exit(analyze(log, out, console, errors))
-
-
-@app.command()
-def compare(
-    logs: Annotated[list[Path], typer.Argument(metavar="RUN.mcap...", help="Logs, two or more.")],
-    label: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Name of a run; once for each, in order."),
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
-    ] = None,
-) -> None:
-    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
-    from zenvoy.cli.analyze import compare
-
-    raise typer.Exit(compare(logs, label or [], out, console, errors))
+    raise typer.Exit(channel(_load(scenario, overrides, seed, duration_s), out, console, errors))
 
 
-@app.command()
-def export(
-    log: LogArgument,
-    to: Annotated[Form, typer.Option(help="Kind of the files.")],
-    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
-) -> None:
-    """Write the topics of a log as tables, a file each, with units in the names of columns."""
-    from zenvoy.analysis import export as tables
-    from zenvoy.analysis.load import load as load_log
-    from zenvoy.analysis.log import LogError
-
-    try:
-        loaded = load_log(log)
-        for note in loaded.notes:
-            errors.print(f"{log}: {note}")
-        for file in tables.export(loaded, log.parent if out is None else out, to.value):
-            console.print(str(file), highlight=False, soft_wrap=True)
-    except LogError as error:
-        _refuse(str(error))
-    except tables.ExportError as error:
-        _refuse(f"--out {error}")
+for command in COMMANDS:
+    app.command()(command)
 
 
 @app.command()
@@ -219,7 +153,7 @@ def reproduce(
 
     at_a_time = jobs or len(os.sched_getaffinity(0))
     for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _interrupt)
+        signal.signal(number, interrupt)
     try:
         reproduce(seeds, at_a_time, bus.value, out, runs, duration_s, console)
     except (StudyError, OSError) as error:
@@ -241,16 +175,7 @@ def _load(
     try:
         return load(scenario, overrides or (), seed=seed, duration_s=duration_s)
     except ScenarioError as error:
-        _refuse(str(error))
-
-
-def _refuse(text: str) -> NoReturn:
-    errors.print(text)
-    raise typer.Exit(EXIT_BAD_INPUT)
-
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+        refuse(str(error))
 
 
 if __name__ == "__main__":

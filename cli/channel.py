@@ -1,0 +1,61 @@
+"""`zenvoy channel`: what the channel of a scenario does, drawn without a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from rich.console import Console
+
+from zenvoy.analysis.page import Page
+from zenvoy.analysis.report import made_by
+from zenvoy.analysis.traffic import DrawnTraffic
+from zenvoy.analysis.v2v import v2v_section
+from zenvoy.bus.clock import stamp
+from zenvoy.channel.rehearsal import rehearse
+from zenvoy.cli.analyze import OutError, folder_for, leave
+from zenvoy.cli.sections import print_section
+from zenvoy.scenarios import Loaded, effective_yaml
+
+_BAD_INPUT: Final = 2
+
+
+def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console) -> int:
+    """Print what becomes of the frames of a scenario's fleet, and draw it; the exit code."""
+    try:
+        folder = folder_for(Path("runs") / f"{stamp()}-channel" if out is None else out)
+    except OutError as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    section = v2v_section(_drawn(loaded))
+    console.print(f"{_lead(loaded)}", highlight=False, markup=False)
+    print_section(console, section)
+    page = Page(
+        title=f"Channel of {loaded.name}, seed {loaded.scenario.seed}",
+        lead=_lead(loaded),
+        sections=(section,),
+        folded=(("The scenario with all its values", effective_yaml(loaded.scenario)),),
+        made=(made_by(f"zenvoy channel {loaded.name}"),),
+    )
+    return leave(page, "channel.html", folder, console, errors)
+
+
+def _drawn(loaded: Loaded) -> DrawnTraffic:
+    tables = list(rehearse(loaded.scenario))
+    columns = [name for name, column in tables[0].items() if column.ndim]
+    frames = {name: np.concatenate([table[name] for table in tables]) for name in columns}
+    rows = [len(table["source"]) for table in tables]
+    frames["cycle"] = np.repeat(np.arange(len(tables), dtype=np.uint32), rows)
+    return DrawnTraffic(scenario=loaded.scenario, frames=frames)
+
+
+def _lead(loaded: Loaded) -> str:
+    scenario = loaded.scenario
+    length_m = scenario.ring_length_m
+    road = "on the open road" if length_m is None else f"on a ring of {length_m:g} m"
+    return (
+        f"{scenario.fleet.size} vehicles {road} drive on at {scenario.fleet.speed_mps:g} m/s, "
+        f"{scenario.fleet.gap_m:g} m apart, for {scenario.duration_s:g} s. No controller is at "
+        f"work: this is what the channel makes of their beacons."
+    )

@@ -1,0 +1,91 @@
+"""The commands that read logs.
+
+Each imports what only it needs: see app.py.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenvoy.cli.terminal import console, errors, refuse
+
+
+class Form(StrEnum):
+    """The kinds of files a log can be exported to."""
+
+    PARQUET = "parquet"
+    CSV = "csv"
+
+
+LogArgument = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="Log of a run.")]
+
+
+def info(log: LogArgument) -> None:
+    """Print what a log says of its run: metadata, topics, counts, fingerprint."""
+    from zenvoy.analysis.log import LogError, read_facts
+    from zenvoy.cli.report import print_facts
+
+    try:
+        facts = read_facts(log)
+    except LogError as error:
+        refuse(str(error))
+    if facts.cut:
+        errors.print(f"{log}: {facts.cut}")
+    print_facts(console, facts)
+
+
+def analyze(
+    log: LogArgument,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
+    ] = None,
+) -> None:
+    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    from zenvoy.cli.analyze import analyze
+
+    raise typer.Exit(analyze(log, out, console, errors))
+
+
+def compare(
+    logs: Annotated[list[Path], typer.Argument(metavar="RUN.mcap...", help="Logs, two or more.")],
+    label: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a run; once for each, in order."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
+    ] = None,
+) -> None:
+    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    from zenvoy.cli.analyze import compare
+
+    raise typer.Exit(compare(logs, label or [], out, console, errors))
+
+
+def export(
+    log: LogArgument,
+    to: Annotated[Form, typer.Option(help="Kind of the files.")],
+    out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
+) -> None:
+    """Write the topics of a log as tables, a file each, with units in the names of columns."""
+    from zenvoy.analysis import export as tables
+    from zenvoy.analysis.load import load as load_log
+    from zenvoy.analysis.log import LogError
+
+    try:
+        loaded = load_log(log)
+        for note in loaded.notes:
+            errors.print(f"{log}: {note}")
+        for file in tables.export(loaded, log.parent if out is None else out, to.value):
+            console.print(str(file), highlight=False, soft_wrap=True)
+    except LogError as error:
+        refuse(str(error))
+    except tables.ExportError as error:
+        refuse(f"--out {error}")
+
+
+COMMANDS = (info, analyze, compare, export)
