@@ -31,11 +31,12 @@ class Delivery(NamedTuple):
     lost: int
     corrupted: int = 0
     second_copies: int = 0
+    collided: int = 0
 
     @property
     def missed(self) -> int:
-        """Frames that nobody could use, lost or damaged."""
-        return self.lost + self.corrupted
+        """Frames that nobody could use: lost, damaged or collided."""
+        return self.lost + self.corrupted + self.collided
 
 
 class Distances(NamedTuple):
@@ -67,13 +68,15 @@ def delivery(frames: Table) -> Delivery:
         int(counts[pb.OUTCOME_DELIVERED]) + late,
         int(counts[pb.OUTCOME_CORRUPTED]),
     )
+    collided = int(counts[pb.OUTCOME_COLLIDED])
     return Delivery(
-        sent=delivered + lost + corrupted,
+        sent=delivered + lost + corrupted + collided,
         delivered=delivered,
         late=late,
         lost=lost,
         corrupted=corrupted,
         second_copies=int(counts[pb.OUTCOME_DUPLICATE]),
+        collided=collided,
     )
 
 
@@ -125,11 +128,10 @@ def latencies(frames: Table) -> Latencies | None:
 def loss_bursts(frames: Table, vehicles: int) -> Ints:
     """How many bursts of each length there were, (longest + 1,): losses in a row of a link.
 
-    In a row are consecutive sequence numbers of one source that one destination lost all of, or
-    got damaged.
+    In a row are consecutive sequence numbers of one source of which none was of use to one
+    destination.
     """
-    outcome = frames["outcome"]
-    lost = np.flatnonzero((outcome == pb.OUTCOME_LOST) | (outcome == pb.OUTCOME_CORRUPTED))
+    lost = np.flatnonzero(on_the_air(frames) & ~arrived(frames))
     if not lost.size:
         return np.zeros(1, dtype=np.int64)
     link = frames["source"][lost].astype(np.int64) * (vehicles + 1) + frames["destination"][lost]

@@ -120,6 +120,18 @@ class Run:
             raise LogError(f"{self.path}: has changed since it was loaded")
         return table
 
+    @cached_property
+    def busy_ratio(self) -> NDArray[np.float64]:
+        """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
+
+        (0, vehicles) where frames do not contend for the medium. Raises LogError.
+        """
+        rows = [np.zeros((0, self.vehicles))]
+        if self.scenario.channel.medium.access != "none":
+            for message in read_frames(self.path):
+                rows.append(message["busy_ratio"].reshape(-1, self.vehicles))
+        return np.concatenate(rows).astype(np.float64)
+
 
 def load(path: str | Path) -> Run:
     """Run logged at `path`, up to the cut where the log is cut; raises LogError."""

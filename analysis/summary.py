@@ -118,12 +118,14 @@ def _frames(path: Path) -> Summary:
         int(counts[pb.OUTCOME_DELIVERED]) + late,
         int(counts[pb.OUTCOME_CORRUPTED]),
     )
+    collided = int(counts[pb.OUTCOME_COLLIDED])
     return {
-        "sent": delivered + lost + corrupted,
+        "sent": delivered + lost + corrupted + collided,
         "delivered": delivered,
         "late": late,
         "lost": lost,
         "corrupted": corrupted,
+        "collided": collided,
         "second_copies": int(counts[pb.OUTCOME_DUPLICATE]),
         "latency_mean_ms": float(latency_ms.mean()) if latency_ms.size else None,
         "latency_p95_ms": float(np.percentile(latency_ms, 95)) if latency_ms.size else None,

@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from zenvoy.analysis.columns import Table
 from zenvoy.scenarios import Scenario
+
+Floats = NDArray[np.float64]
 
 
 class Traffic(Protocol):
@@ -28,6 +33,13 @@ class Traffic(Protocol):
     def frames(self) -> Table:
         """Columns of /v2v/frames, a row per frame and receiver, in order of time."""
 
+    @property
+    def busy_ratio(self) -> Floats:
+        """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
+
+        (0, vehicles) where frames do not contend for the medium.
+        """
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DrawnTraffic:
@@ -35,6 +47,7 @@ class DrawnTraffic:
 
     scenario: Scenario
     frames: Table
+    busy_ratio: Floats
 
     @property
     def vehicles(self) -> int:

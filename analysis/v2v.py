@@ -25,6 +25,7 @@ from zenvoy.analysis.v2v_figures import (
     draw_bursts,
     draw_delivery,
     draw_latency,
+    draw_load,
 )
 from zenvoy.analysis.v2v_sheets import (
     age_sheet,
@@ -33,6 +34,7 @@ from zenvoy.analysis.v2v_sheets import (
     distance_sheet,
     latency_sheet,
     link_groups,
+    load_sheet,
 )
 
 _TITLE: Final = "V2V"
@@ -46,6 +48,9 @@ def v2v_section(run: Traffic) -> Section:
     distances, latency = by_distance(run.frames), latencies(run.frames)
     sheets = [delivery_sheet(run, told), distance_sheet(distances)]
     pictures = [_delivery_picture(distances, told)]
+    if len(run.busy_ratio):
+        sheets.append(load_sheet(run))
+        pictures.append(_load_picture(run))
     if latency is None:
         note = "Every frame was lost: there is neither latency nor age of information."
         return Section(title=_TITLE, sheets=tuple(sheets), notes=(note,))
@@ -87,6 +92,18 @@ def _delivery_picture(distances: Distances, told: Delivery) -> Picture:
             "95 % interval. The dashed line is the share over all distances."
         ),
         draw=lambda: draw_delivery(distances, told.delivered / told.sent),
+    )
+
+
+def _load_picture(run: Traffic) -> Picture:
+    return Picture(
+        name="v2v_load",
+        caption=(
+            "Channel busy ratio: the share of each cycle in which a vehicle senses the frames of "
+            "others or sends its own, as the mean over the vehicles and from the idlest to the "
+            "busiest."
+        ),
+        draw=lambda: draw_load(run.busy_ratio, run.scenario.period_ns * 1e-9),
     )
 
 

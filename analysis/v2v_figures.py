@@ -69,6 +69,21 @@ def draw_delivery(found: Distances, overall: float) -> Figure:
     return _typed(figure)
 
 
+def draw_load(busy_ratio: NDArray[np.float64], period_s: float) -> Figure:
+    """Channel busy ratio over time: mean, and from the idlest to the busiest vehicle."""
+    figure, axis = subplots(height_in=2.6)
+    time_s = np.arange(len(busy_ratio)) * period_s
+    low, high = 100.0 * busy_ratio.min(axis=1), 100.0 * busy_ratio.max(axis=1)
+    axis.fill_between(time_s, low, high, color=CYCLE[0], alpha=0.3, lw=0, label="all vehicles")
+    axis.plot(time_s, 100.0 * busy_ratio.mean(axis=1), color=CYCLE[0], lw=1.2, label="mean")
+    axis.set_ylim(0.0, min(100.0, 1.15 * float(high.max()) + 1.0))
+    axis.set_xlim(0.0, max(float(time_s[-1]), period_s))
+    axis.set_xlabel("time, s")
+    axis.set_ylabel("busy, %")
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    return _typed(figure)
+
+
 def draw_ages(counts: Mapping[str, NDArray[np.int64]], period_ms: float, limit_ms: float) -> Figure:
     """Share of the ages that are not older, and of those that are, on a logarithmic scale."""
     figure, (curve, tail) = subplots(1, 2, height_in=2.8, sharex=True)

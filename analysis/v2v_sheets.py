@@ -34,12 +34,35 @@ def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
             "lost",
             "damaged",
             "second copies",
+            "collided",
             "delivered, %",
             "95 % from, %",
             "95 % to, %",
         ),
         rows=((technology, *told, *(100.0 * share for share in shares)),),
         note=f"A late frame missed the first delivery after it was sent. {_WILSON_NOTE}",
+    )
+
+
+def load_sheet(run: Traffic) -> Sheet:
+    """One row: how busy the medium was, over all vehicles and cycles; frames sent per second."""
+    busy = 100.0 * run.busy_ratio
+    quantiles = (float(np.quantile(busy, share)) for share in (0.5, 0.95, 1.0))
+    frames = run.frames
+    sent = len(np.unique(frames["source"].astype(np.int64) << 33 | frames["sequence"]))
+    seconds = len(busy) * run.scenario.period_ns * 1e-9
+    return Sheet(
+        name="v2v_load",
+        title="Load of the medium: channel busy ratio of vehicles and cycles",
+        columns=(
+            "mean, %",
+            "median, %",
+            "95th percentile, %",
+            "highest, %",
+            "frames sent per vehicle, 1/s",
+        ),
+        rows=((float(busy.mean()), *quantiles, sent / run.vehicles / seconds),),
+        note="Share of a cycle in which a vehicle senses the frames of others or sends its own.",
     )
 
 

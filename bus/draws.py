@@ -40,6 +40,8 @@ class Purpose(IntEnum):
     CORRUPTION = 24
     DUPLICATION = 25
     SHADOWING = 26
+    PHASE = 27
+    BACKOFF = 28
 
 
 def numbered(purpose: Purpose, number: int) -> int:

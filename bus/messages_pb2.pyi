@@ -73,6 +73,8 @@ class _OutcomeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Outcome.Value
     """arrived damaged, and was dropped by the receiver"""
     OUTCOME_DUPLICATE: _Outcome.ValueType  # 6
     """a second copy of a frame that was delivered"""
+    OUTCOME_COLLIDED: _Outcome.ValueType  # 7
+    """Met another transmission at its receiver, or the receiver's own, or never got the medium."""
 
 class Outcome(_Outcome, metaclass=_OutcomeEnumTypeWrapper): ...
 
@@ -88,6 +90,8 @@ OUTCOME_CORRUPTED: Outcome.ValueType  # 5
 """arrived damaged, and was dropped by the receiver"""
 OUTCOME_DUPLICATE: Outcome.ValueType  # 6
 """a second copy of a frame that was delivered"""
+OUTCOME_COLLIDED: Outcome.ValueType  # 7
+"""Met another transmission at its receiver, or the receiver's own, or never got the medium."""
 Global___Outcome: _TypeAlias = Outcome  # noqa: Y015
 
 class _EventKind:
@@ -707,6 +711,7 @@ class Frames(_message.Message):
     LATENCY_NS_FIELD_NUMBER: _builtins.int
     DISTANCE_FIELD_NUMBER: _builtins.int
     OUTCOME_FIELD_NUMBER: _builtins.int
+    BUSY_RATIO_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     @_builtins.property
@@ -733,6 +738,10 @@ class Frames(_message.Message):
     def outcome(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
         """Outcome"""
 
+    @_builtins.property
+    def busy_ratio(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]:
+        """Share of the cycle in which each vehicle sensed the medium busy; absent without carrier sense."""
+
     def __init__(
         self,
         *,
@@ -746,10 +755,11 @@ class Frames(_message.Message):
         latency_ns: _abc.Iterable[_builtins.int] | None = ...,
         distance: _abc.Iterable[_builtins.float] | None = ...,
         outcome: _abc.Iterable[_builtins.int] | None = ...,
+        busy_ratio: _abc.Iterable[_builtins.float] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "cycle", b"cycle", "destination", b"destination", "distance", b"distance", "latency_ns", b"latency_ns", "outcome", b"outcome", "sent_ns", b"sent_ns", "sequence", b"sequence", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "busy_ratio", b"busy_ratio", "cycle", b"cycle", "destination", b"destination", "distance", b"distance", "latency_ns", b"latency_ns", "outcome", b"outcome", "sent_ns", b"sent_ns", "sequence", b"sequence", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -11,6 +11,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
+from zenvoy.channel.access import Access
 from zenvoy.channel.conditions import Conditions, Way
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.frames import Fate, Medium, fates
@@ -20,6 +21,8 @@ from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
+
+Floats = NDArray[np.float64]
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
@@ -41,8 +44,10 @@ class ChannelAgent:
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._ring_length_m = scenario.ring_length_m
         self._vehicles = range(1, size + 1)
+        self._access = Access(scenario) if channel.medium.access == "csma" else None
         self._medium = Medium(
             technology=TECHNOLOGIES[channel.technology],
+            on_air_ns=None if self._access is None else self._access.on_air_ns,
             frame_bytes=channel.frame_bytes,
             bit_rate_mbps=channel.bit_rate_mbps,
         )
@@ -83,18 +88,25 @@ class ChannelAgent:
         position = np.array(positions.position)
         reach = pairs(position, self._medium.technology.range_m, self._ring_length_m)
         speaks = np.array([not beacon.silent for beacon in beacons])
+        if self._access is not None:
+            speaks = self._access.allowed(speaks, sent_ns)
         if not speaks.all():
             reach = reach.only(speaks[reach.source])
         rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
         scene = Scene(self._cycle, sent_ns, position, self._ring_length_m)
-        fate = self._fate(reach, rows, scene)
+        way, busy_ratio = self._conditions.of(rows, scene), None
+        if self._access is not None:
+            airing = self._access.air(rows, speaks, sequence, scene)
+            latency_ns = way.latency_ns + airing.wait_ns[rows.source]
+            way = way._replace(latency_ns=latency_ns, collided=airing.collided)
+            busy_ratio = airing.busy_ratio
+        fate = self._fate(reach, rows, way, scene)
         if self._duplicates:
             rows, fate = self._with_copies(reach, rows, fate, scene)
         self._air.send(inbox.payloads(BEACON), rows.source, rows.destination, fate.arrived_ns)
-        return _links(self._cycle, sent_ns, rows, fate)
+        return _links(self._cycle, sent_ns, rows, fate, busy_ratio)
 
-    def _fate(self, reach: Pairs, rows: Rows, scene: Scene) -> Fate:
-        way = self._conditions.of(rows, scene)
+    def _fate(self, reach: Pairs, rows: Rows, way: Way, scene: Scene) -> Fate:
         outages = self._outages.lost(rows.source, rows.destination, scene.position, scene.sent_ns)
         if outages is not None:
             way = way._replace(lost=way.lost | outages)
@@ -124,7 +136,7 @@ def _joined(
     return [np.concatenate(pair) for pair in zip(first, second, strict=True)]
 
 
-def _links(cycle: int, sent_ns: int, rows: Rows, fate: Fate) -> Envelope:
+def _links(cycle: int, sent_ns: int, rows: Rows, fate: Fate, busy_ratio: Floats | None) -> Envelope:
     frames = _FRAMES.encode(
         cycle=cycle,
         time_ns=sent_ns,
@@ -136,6 +148,7 @@ def _links(cycle: int, sent_ns: int, rows: Rows, fate: Fate) -> Envelope:
         latency_ns=fate.latency_ns,
         distance=rows.distance,
         outcome=fate.outcome,
+        **({} if busy_ratio is None else {"busy_ratio": busy_ratio}),
     )
     links = pb.Links(cycle=cycle, time_ns=sent_ns, frames=frames)
     return Envelope(LINKS, 0, links.SerializeToString())

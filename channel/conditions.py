@@ -22,13 +22,14 @@ Bools = NDArray[np.bool_]
 
 
 class Way(NamedTuple):
-    """A row per frame and receiver: whether it is lost, or comes damaged, and its latency, ns.
+    """A row per frame and receiver: whether it is lost, damaged or collided, and its latency, ns.
 
     The latency is without the time on the air. `ordered`: must not overtake earlier ones.
     """
 
     lost: Bools
     damaged: Bools
+    collided: Bools
     latency_ns: Ints
     ordered: Bools
 
@@ -72,7 +73,8 @@ class Conditions:
             loss, some = self._losses[number], rows.only(chosen)
             lost[chosen] = loss.lost(some, scene, chance[chosen])
             damaged[chosen] = loss.damaged(some)
-        return Way(lost, damaged, *self._latency(rows, covered, share))
+        nothing = np.zeros(count, dtype=np.bool_)
+        return Way(lost, damaged, nothing, *self._latency(rows, covered, share))
 
     def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Way]:
         """Which of the frames come twice, and the way of the second copies of those."""
@@ -81,7 +83,7 @@ class Conditions:
         some = rows.only(twice)
         nothing = np.zeros(len(some.source), dtype=np.bool_)
         covered = self._covered(some, scene)
-        return twice, Way(nothing, nothing, *self._latency(some, covered, share[twice]))
+        return twice, Way(nothing, nothing, nothing, *self._latency(some, covered, share[twice]))
 
     def _latency(self, rows: Rows, covered: dict[int, Bools], share: Floats) -> tuple[Ints, Bools]:
         latency_ns = np.zeros(len(share), dtype=np.int64)

@@ -19,15 +19,18 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Medium:
-    """A technology with the frames that go over it."""
+    """A technology with the frames that go over it. on_air_ns: where something else knows it."""
 
     technology: Technology
     frame_bytes: int
     bit_rate_mbps: float | None
+    on_air_ns: int | None = None
 
     @property
     def frame_time_ns(self) -> int:
-        """Time on the air: frame bits over bit rate."""
+        """Time on the air: frame bits over bit rate, unless the medium counts symbols."""
+        if self.on_air_ns is not None:
+            return self.on_air_ns
         rate_mbps = self.bit_rate_mbps or self.technology.default_mbps
         return round(8_000 * self.frame_bytes / rate_mbps)
 
@@ -48,12 +51,13 @@ def fates(
     A frame that arrives by `deadline_ns` comes with the first delivery after it was sent.
     """
     on_air_ns = medium.frame_time_ns * turns(pairs, medium.technology.broadcast)
-    gone = way.lost | way.damaged | ~pairs.in_range
+    gone = way.lost | way.damaged | way.collided | ~pairs.in_range
     arrived_ns = np.where(gone, -1, sent_ns + way.latency_ns + on_air_ns)
     if way.ordered.any():
         arrived_ns = in_order.held(pairs.source, pairs.destination, arrived_ns, way.ordered)
     outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
     outcome[way.damaged] = pb.OUTCOME_CORRUPTED
+    outcome[way.collided] = pb.OUTCOME_COLLIDED
     outcome[way.lost] = pb.OUTCOME_LOST
     outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
     latency_ns = np.where(gone, -1, arrived_ns - sent_ns)

@@ -42,12 +42,15 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
 
 
 def _drawn(loaded: Loaded) -> DrawnTraffic:
-    tables = list(rehearse(loaded.scenario))
+    scenario = loaded.scenario
+    tables = list(rehearse(scenario))
+    busy = [table.pop("busy_ratio").reshape(-1, scenario.fleet.size) for table in tables]
     columns = [name for name, column in tables[0].items() if column.ndim]
     frames = {name: np.concatenate([table[name] for table in tables]) for name in columns}
     rows = [len(table["source"]) for table in tables]
     frames["cycle"] = np.repeat(np.arange(len(tables), dtype=np.uint32), rows)
-    return DrawnTraffic(scenario=loaded.scenario, frames=frames)
+    ratio = np.concatenate(busy).astype(np.float64)
+    return DrawnTraffic(scenario=scenario, frames=frames, busy_ratio=ratio)
 
 
 def _lead(loaded: Loaded) -> str:

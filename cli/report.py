@@ -64,6 +64,8 @@ def _frames(frames: dict[str, Any]) -> str:
     text += f" ({frames['late']} late), {frames['lost']} lost"
     if frames["corrupted"]:
         text += f", {frames['corrupted']} damaged"
+    if frames["collided"]:
+        text += f", {frames['collided']} collided"
     if frames["second_copies"]:
         text += f", {frames['second_copies']} second copies"
     if frames["latency_mean_ms"] is not None:

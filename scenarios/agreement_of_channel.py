@@ -11,7 +11,7 @@ from zenvoy.scenarios.sets import members
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.channel import Latency, Loss, Scope
+    from zenvoy.scenarios.channel import Channel, Latency, Loss, Scope
     from zenvoy.scenarios.schema import Scenario
 
 # What a distribution of latency cannot do without, and what else it may use.
@@ -33,6 +33,7 @@ def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
     channel = scenario.channel
     yield from _loss(channel.loss, "channel.loss")
     yield from _latency(channel.latency, "channel.latency")
+    yield from _medium(channel)
     for index, rule in enumerate(channel.rules):
         key = f"channel.rules.{index}"
         yield from _scope(rule, key, scenario)
@@ -42,6 +43,18 @@ def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
             yield from _latency(rule.latency, f"{key}.latency")
     for index, outage in enumerate(channel.outages):
         yield from _scope(outage, f"channel.outages.{index}", scenario)
+
+
+def _medium(channel: Channel) -> Iterator[Problem]:
+    """Carrier sense is 802.11's, and congestion control goes by what it senses."""
+    medium, technology = channel.medium, channel.technology
+    key = "channel.medium.access"
+    if medium.access == "csma" and not technology.startswith("ieee80211"):
+        text = f"csma is not for {technology}; allowed: none, or ieee80211p, ieee80211px"
+        yield Problem(key=key, text=text, related=("channel.technology",))
+    if medium.congestion_control != "none" and medium.access == "none":
+        text = f"{medium.congestion_control} needs csma as {key} (none)"
+        yield Problem(key="channel.medium.congestion_control", text=text, related=(key,))
 
 
 def _loss(loss: Loss, section: str) -> Iterator[Problem]:

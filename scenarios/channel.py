@@ -151,12 +151,28 @@ class Rule(Scope):
     latency: Latency | None = None
 
 
+class Medium(Section):
+    """How stations share the medium. access none: no frame waits for another, or disturbs it.
+
+    csma: carrier sense as in IEEE 802.11p, with times on the air by its symbols. carrier_sense_m:
+    how far a transmission is sensed, and disturbs (null: the range of the technology).
+    congestion_control reactive: ETSI TS 102 687, by the busy ratio.
+    """
+
+    access: Literal["none", "csma"] = "none"
+    aifsn: Annotated[int, Field(ge=2, le=15)] = 6
+    contention_window: Annotated[int, Field(ge=0, le=1023)] = 15
+    carrier_sense_m: Positive | None = None
+    congestion_control: Literal["none", "reactive"] = "none"
+
+
 class Channel(Section):
     """The V2X technology (paper Table I) and what goes wrong on the way."""
 
     technology: TechnologyName = "ieee80211p"
     latency: Latency = Latency()
     loss: Loss = Loss()
+    medium: Medium = Medium()
     duplicate: Fraction = 0.0
     rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is welcome too
     outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too

@@ -1,0 +1,134 @@
+"""The medium that all share: who waits for whom, whose frames collide, how busy it is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.channel.congestion import ReactiveDcc
+from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
+from zenvoy.channel.pairs import pairs
+from zenvoy.channel.rows import Rows, Scene
+from zenvoy.channel.technologies import TECHNOLOGIES
+from zenvoy.scenarios import Scenario
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+class Airing(NamedTuple):
+    """How the frames of a cycle went over the air.
+
+    wait_ns (n,): from being ready to the begin of the transmission, by sender; collided (r,): by
+    frame and receiver; busy_ratio (n,): share of the period in which a station senses others or
+    sends itself.
+    """
+
+    wait_ns: Ints
+    collided: Bools
+    busy_ratio: Floats
+
+
+class Access:
+    """The medium of a scenario under carrier sense.
+
+    Stations are not synchronised: each has its frame ready at an instant of its own within the
+    cycle, drawn anew for each frame. That instant says with whom it contends, and nothing else:
+    latency counts from it. A frame that has not begun after a period gives way to the next one.
+    What overlaps from one cycle into the next keeps stations waiting, but
+    is not looked at for collisions.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        channel, size = scenario.channel, scenario.fleet.size
+        medium, technology = channel.medium, TECHNOLOGIES[channel.technology]
+        self._seed, self._size, self._period_ns = scenario.seed, size, scenario.period_ns
+        self._range_m = medium.carrier_sense_m or technology.range_m
+        self._space_ns = aifs_ns(medium.aifsn)
+        self._backoffs = Backoffs(scenario.seed, medium.contention_window)
+        self._busy_until_ns = np.zeros(size, dtype=np.int64)
+        rate_mbps = channel.bit_rate_mbps or technology.default_mbps
+        self.on_air_ns = airtime_ns(channel.frame_bytes, rate_mbps)
+        """Time on the air of a frame."""
+        self._dcc = ReactiveDcc(size) if medium.congestion_control == "reactive" else None
+
+    def allowed(self, speaks: Bools, sent_ns: int) -> Bools:
+        """Which of those that have a frame may send it, (n,): congestion control may say no."""
+        return speaks if self._dcc is None else self._dcc.allowed(speaks, sent_ns)
+
+    def air(self, rows: Rows, sends: Bools, sequence: Ints, scene: Scene) -> Airing:
+        """Send the frames of a cycle; sends, sequence: (n,)."""
+        senses = pairs(scene.position, self._range_m, scene.ring_length_m)
+        near = senses.only(senses.in_range)
+        first = np.searchsorted(near.source, np.arange(self._size + 1))
+        hearing = Hearing(first, near.destination)
+        ready_ns = np.where(sends, scene.sent_ns + self._phase_ns(sequence), -1)
+        start_ns = contend(
+            ready_ns,
+            sequence,
+            hearing,
+            self._busy_until_ns,
+            self.on_air_ns,
+            self._space_ns,
+            self._period_ns,
+            self._backoffs,
+        )
+        airing = Airing(
+            wait_ns=np.where(start_ns >= 0, start_ns - ready_ns, 0),
+            collided=collided(rows, start_ns, hearing, self.on_air_ns),
+            busy_ratio=busy_ratio(start_ns, hearing, self.on_air_ns, self._period_ns),
+        )
+        if self._dcc is not None:
+            self._dcc.sensed(airing.busy_ratio)
+        return airing
+
+    def _phase_ns(self, sequence: Ints) -> Ints:
+        stations = np.arange(1, self._size + 1)
+        share, _ = uniforms(self._seed, Purpose.PHASE, stations, 0, sequence)
+        return np.floor(share * self._period_ns).astype(np.int64)
+
+
+def collided(rows: Rows, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bools:
+    """Which frames (r,) meet another one at their receiver, find it sending, or never began.
+
+    start_ns (n,): -1 for stations that do not send.
+    """
+    n = len(start_ns)
+    senders = np.flatnonzero(start_ns >= 0)
+    senders = senders[np.argsort(start_ns[senders], kind="stable")]
+    starts = start_ns[senders]
+    own = start_ns[rows.source]
+    low = np.searchsorted(starts, own - on_air_ns, side="right")
+    count = np.searchsorted(starts, own + on_air_ns, side="left") - low
+    row = np.repeat(np.arange(len(own)), count)
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    other = senders[np.repeat(low, count) + within]
+    receiver = rows.destination[row]
+    codes = np.repeat(np.arange(n), np.diff(hearing.first)) * n + hearing.stations
+    code = other * n + receiver
+    at = np.minimum(np.searchsorted(codes, code), max(len(codes) - 1, 0))
+    reaches = codes[at] == code if len(codes) else np.zeros(len(code), dtype=np.bool_)
+    disturbs = (other != rows.source[row]) & (reaches | (other == receiver))
+    found = own < 0
+    found[row[disturbs]] = True
+    return found
+
+
+def busy_ratio(start_ns: Ints, hearing: Hearing, on_air_ns: int, period_ns: int) -> Floats:
+    """Share of a period in which each station senses others or sends, (n,), overlaps once."""
+    n = len(start_ns)
+    source = np.repeat(np.arange(n), np.diff(hearing.first))
+    station = np.concatenate([hearing.stations, np.arange(n)])
+    start = np.concatenate([start_ns[source], start_ns])
+    station, start = station[start >= 0], start[start >= 0]
+    order = np.lexsort((start, station))
+    station, start = station[order], start[order]
+    until_next = np.diff(start, append=0)
+    last = np.diff(station, append=-1) != 0
+    busy = np.where(last, on_air_ns, np.minimum(until_next, on_air_ns))
+    total = np.bincount(station, weights=busy, minlength=n)
+    return np.minimum(total / period_ns, 1.0)
