@@ -16,9 +16,11 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.bare_zenoh import Sizes, bare_barrier
+from benchmarks.channel import CHANNELS, cycle_ms
 from benchmarks.convoy import convoy_rate
 from benchmarks.facts import facts
 from benchmarks.helics_federates import helics_steps
+from zenvoy.scenarios import Channel
 
 ROUNDS = 3
 RESULTS = Path(__file__).with_name("results.md")
@@ -69,6 +71,10 @@ def _cavsandbox() -> float:
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
+def _channel_us(channel: Channel, vehicles: int) -> float:
+    return 1e3 * cycle_ms(channel, vehicles)
+
+
 CYCLES = Part(
     "cycles/s",
     [
@@ -107,7 +113,19 @@ compute the same:
   of its loop and its CSV at 10 rows per second and vehicle, without start, window or plots.
 """,
 )
-PARTS = (CYCLES, STRINGS)
+CHANNEL = Part(
+    "µs of CPU per cycle",
+    [
+        Row(f"{name}, {size:,} vehicles", partial(_channel_us, channel, size))
+        for name, channel in CHANNELS.items()
+        for size in (40, 200, 1_000)
+    ],
+    """\
+What the channel's agent takes for a cycle in which everyone beacons and has 20 others in range:
+from the beacons as they come to what is delivered and logged, without Zenoh.
+""",
+)
+PARTS = (CYCLES, STRINGS, CHANNEL)
 
 
 def main() -> None:
