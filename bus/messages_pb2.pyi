@@ -712,6 +712,7 @@ class Frames(_message.Message):
     DISTANCE_FIELD_NUMBER: _builtins.int
     OUTCOME_FIELD_NUMBER: _builtins.int
     BUSY_RATIO_FIELD_NUMBER: _builtins.int
+    HOPS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     @_builtins.property
@@ -742,6 +743,10 @@ class Frames(_message.Message):
     def busy_ratio(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]:
         """Share of the cycle in which each vehicle sensed the medium busy; absent without carrier sense."""
 
+    @_builtins.property
+    def hops(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """links that a frame went over; absent where none is relayed"""
+
     def __init__(
         self,
         *,
@@ -756,10 +761,11 @@ class Frames(_message.Message):
         distance: _abc.Iterable[_builtins.float] | None = ...,
         outcome: _abc.Iterable[_builtins.int] | None = ...,
         busy_ratio: _abc.Iterable[_builtins.float] | None = ...,
+        hops: _abc.Iterable[_builtins.int] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "busy_ratio", b"busy_ratio", "cycle", b"cycle", "destination", b"destination", "distance", b"distance", "latency_ns", b"latency_ns", "outcome", b"outcome", "sent_ns", b"sent_ns", "sequence", b"sequence", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "busy_ratio", b"busy_ratio", "cycle", b"cycle", "destination", b"destination", "distance", b"distance", "hops", b"hops", "latency_ns", b"latency_ns", "outcome", b"outcome", "sent_ns", b"sent_ns", "sequence", b"sequence", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -167,12 +167,16 @@ class Medium(Section):
 
 
 class Channel(Section):
-    """The V2X technology (paper Table I) and what goes wrong on the way."""
+    """The V2X technology (paper Table I) and what goes wrong on the way.
+
+    relay_hops: links that a frame may go over; vehicles pass on what they hear from others.
+    """
 
     technology: TechnologyName = "ieee80211p"
     latency: Latency = Latency()
     loss: Loss = Loss()
     medium: Medium = Medium()
+    relay_hops: Annotated[int, Field(ge=1, le=100)] = 1
     duplicate: Fraction = 0.0
     rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is welcome too
     outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too

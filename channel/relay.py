@@ -1,0 +1,77 @@
+"""Relay: receivers pass a frame on, hop by hop, to vehicles out of its sender's range.
+
+What a vehicle passes on shares the fate of its own frame on that link in that cycle: it is lost
+where that one is, and takes as long. So a relayed frame costs the sum of its hops' latencies, and
+link states (bursts, outages, shadowing) hold for all that crosses them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+class Hop(NamedTuple):
+    """Frames over single links in range, (r,), sorted by source: indices and latency, ns.
+
+    latency_ns -1: lost on the way.
+    """
+
+    source: Ints
+    destination: Ints
+    latency_ns: Ints
+
+
+class Relayed(NamedTuple):
+    """Frames over several links: ends, latency in all, ns (-1: lost on every way), and hops."""
+
+    source: Ints
+    destination: Ints
+    latency_ns: Ints
+    hops: Ints
+
+
+def relay(direct: Hop, size: int, most_hops: int) -> Relayed:
+    """What comes of frames beyond their sender's range, over at most `most_hops` links each.
+
+    A row for every pair that is connected by so many links, even where all ways are lost. Of
+    several ways with as many hops the fastest counts; a pair is reached by as few hops as links
+    in range allow.
+    """
+    first = np.searchsorted(direct.source, np.arange(size + 1))
+    reached = np.union1d(direct.source * size + direct.destination, np.arange(size) * (size + 1))
+    front = direct
+    found: list[Relayed] = []
+    for hops in range(2, most_hops + 1):
+        front = _next(front, direct, first, reached, size)
+        if not len(front.source):
+            break
+        reached = np.union1d(reached, front.source * size + front.destination)
+        found.append(Relayed(*front, np.full(len(front.source), hops)))
+    empty = np.zeros(0, dtype=np.int64)
+    columns = zip(Relayed(empty, empty, empty, empty), *found, strict=True)
+    return Relayed._make(np.concatenate(column) for column in columns)
+
+
+def _next(front: Hop, direct: Hop, first: Ints, reached: Ints, size: int) -> Hop:
+    """The pairs that a further link reaches first, each by its fastest way."""
+    count = first[front.destination + 1] - first[front.destination]
+    before = np.repeat(np.arange(len(count)), count)
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    link = np.repeat(first[front.destination], count) + within
+    code = front.source[before] * size + direct.destination[link]
+    new = ~np.isin(code, reached)
+    code, before, link = code[new], before[new], link[new]
+    here, there = front.latency_ns[before], direct.latency_ns[link]
+    never = np.iinfo(np.int64).max
+    latency_ns = np.where((here < 0) | (there < 0), never, here + there)
+    pairs, at = np.unique(code, return_inverse=True)
+    fastest = np.full(len(pairs), never)
+    np.minimum.at(fastest, at, latency_ns)
+    source, destination = np.divmod(pairs, size)
+    return Hop(source, destination, np.where(fastest == never, -1, fastest))

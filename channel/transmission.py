@@ -1,0 +1,135 @@
+"""All that the channel of a scenario does to the frames of a cycle, one step after the other."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.channel.access import Access
+from zenvoy.channel.conditions import Conditions, Way
+from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.in_order import InOrder
+from zenvoy.channel.outages import Outages
+from zenvoy.channel.pairs import Pairs, pairs
+from zenvoy.channel.relay import Hop, relay
+from zenvoy.channel.rows import Rows, Scene
+from zenvoy.channel.technologies import TECHNOLOGIES
+from zenvoy.scenarios import Scenario
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+class Transmitted(NamedTuple):
+    """What became of the frames of a cycle: rows and fates in parallel.
+
+    hops (r,): links that a frame went over; None where none is relayed. busy_ratio (n,): how busy
+    each vehicle sensed the medium; None without carrier sense.
+    """
+
+    rows: Rows
+    fate: Fate
+    hops: Ints | None
+    busy_ratio: Floats | None
+
+
+class Transmission:
+    """The channel of a scenario, with the states that its links keep."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        channel = scenario.channel
+        self._size = scenario.fleet.size
+        self._access = Access(scenario) if channel.medium.access == "csma" else None
+        self._medium = Medium(
+            technology=TECHNOLOGIES[channel.technology],
+            frame_bytes=channel.frame_bytes,
+            bit_rate_mbps=channel.bit_rate_mbps,
+            on_air_ns=None if self._access is None else self._access.on_air_ns,
+        )
+        self._conditions = Conditions(scenario)
+        self._outages = Outages(scenario)
+        self._in_order = InOrder(self._size)
+        self._duplicates = channel.duplicate > 0.0
+        self._relay_hops = channel.relay_hops
+        wait_ns = scenario.v2v_wait_ns
+        # From sending to the delivery that comes first after it.
+        self._in_time_ns = wait_ns if wait_ns else scenario.period_ns
+
+    def of(self, speaks: Bools, sequence: Ints, scene: Scene) -> Transmitted:
+        """Send a frame of each vehicle that `speaks`, (n,), numbered `sequence`, (n,)."""
+        reach = pairs(scene.position, self._medium.technology.range_m, scene.ring_length_m)
+        sends = speaks if self._access is None else self._access.allowed(speaks, scene.sent_ns)
+        if not sends.all():
+            reach = reach.only(sends[reach.source])
+        rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
+        way = self._conditions.of(rows, scene)
+        outages = self._outages.lost(rows.source, rows.destination, scene.position, scene.sent_ns)
+        if outages is not None:
+            way = way._replace(lost=way.lost | outages)
+        busy_ratio = hops = None
+        if self._access is not None:
+            airing = self._access.air(rows, sends, sequence, scene)
+            latency_ns = way.latency_ns + airing.wait_ns[rows.source]
+            way = way._replace(latency_ns=latency_ns, collided=airing.collided)
+            busy_ratio = airing.busy_ratio
+        fate = self._fate(reach, way, scene)
+        if self._duplicates:
+            rows, fate = self._with_copies(reach, rows, fate, scene)
+        if self._relay_hops > 1:
+            rows, fate, hops = self._with_relayed(rows, fate, sequence, scene)
+        return Transmitted(rows, fate, hops, busy_ratio)
+
+    def _fate(self, reach: Pairs, way: Way, scene: Scene) -> Fate:
+        deadline_ns = scene.sent_ns + self._in_time_ns
+        return fates(reach, way, scene.sent_ns, deadline_ns, self._medium, self._in_order)
+
+    def _with_copies(self, reach: Pairs, rows: Rows, fate: Fate, scene: Scene) -> tuple[Rows, Fate]:
+        """The frames, and after them the second copies of some that get through."""
+        through = fate.arrived_ns >= 0
+        twice, way = self._conditions.copies(rows.only(through), scene)
+        through[through] = twice
+        copies = self._fate(reach.only(through), way, scene)
+        copies.outcome[:] = pb.OUTCOME_DUPLICATE
+        return _below(rows, fate, rows.only(through), copies)
+
+    def _with_relayed(
+        self, rows: Rows, fate: Fate, sequence: Ints, scene: Scene
+    ) -> tuple[Rows, Fate, Ints]:
+        """The frames, and after them those that others have passed on; and the hops of each."""
+        first = (fate.outcome != pb.OUTCOME_OUT_OF_RANGE) & (fate.outcome != pb.OUTCOME_DUPLICATE)
+        direct = Hop(rows.source[first], rows.destination[first], fate.latency_ns[first])
+        relayed = relay(direct, self._size, self._relay_hops)
+        ends = (relayed.source, relayed.destination)
+        apart = np.abs(scene.position[ends[0]] - scene.position[ends[1]])
+        if scene.ring_length_m is not None:
+            apart = np.mod(apart, scene.ring_length_m)
+            apart = np.minimum(apart, scene.ring_length_m - apart)
+        passed_on = Rows(*ends, apart, sequence[relayed.source])
+        arrives = relayed.latency_ns >= 0
+        arrived_ns = np.where(arrives, scene.sent_ns + relayed.latency_ns, -1)
+        in_time = relayed.latency_ns <= self._in_time_ns
+        outcome = np.where(in_time, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
+        outcome[~arrives] = pb.OUTCOME_LOST
+        # Told of already as out of range: now they are not.
+        code = rows.source * self._size + rows.destination
+        kept = ~np.isin(code, ends[0] * self._size + ends[1])
+        some = Fate(relayed.latency_ns, arrived_ns, outcome.astype(np.uint32))
+        hops = np.concatenate([np.ones(int(kept.sum()), dtype=np.int64), relayed.hops])
+        fate = Fate._make(column[kept] for column in fate)
+        return (*_below(rows.only(kept), fate, passed_on, some), hops)
+
+
+def _below(rows: Rows, fate: Fate, more_rows: Rows, more_fate: Fate) -> tuple[Rows, Fate]:
+    """Tables one below the other."""
+    return Rows._make(_joined(rows, more_rows)), Fate._make(_joined(fate, more_fate))
+
+
+def _joined(
+    first: tuple[NDArray[Any], ...], second: tuple[NDArray[Any], ...]
+) -> list[NDArray[Any]]:
+    """Columns one below the other."""
+    return [np.concatenate(pair) for pair in zip(first, second, strict=True)]
