@@ -29,6 +29,7 @@ from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
 from zenvoy.scenarios.roster import Settings, group_members, roster
 from zenvoy.scenarios.schema import (
+    Beacons,
     Control,
     Estimator,
     Fleet,
@@ -45,6 +46,7 @@ from zenvoy.scenarios.schema import (
 from zenvoy.scenarios.sets import members
 
 __all__ = [
+    "Beacons",
     "Brake",
     "Channel",
     "Control",

@@ -34,6 +34,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_weights(scenario),
         *_groups(scenario),
         *_times(scenario),
+        *_beacons(scenario),
         *_schedule(scenario),
         *channel_that_disagrees(scenario),
         *events_that_disagree(scenario),
@@ -99,6 +100,13 @@ def _times(scenario: Scenario) -> Iterator[Problem]:
     if scenario.v2v_wait_ns >= scenario.period_ns:
         text = f"{trimmed(scenario.control.v2v_wait_ms)} is not less than {period}"
         yield Problem(key="control.v2v_wait_ms", text=text, related=("period_ms",))
+
+
+def _beacons(scenario: Scenario) -> Iterator[Problem]:
+    rule, every = scenario.beacons.rule, scenario.beacons.every
+    if every != 1 and rule != "every-nth":
+        text = f"{every} is given, but beacons.rule is {rule}; allowed: 1"
+        yield Problem(key="beacons.every", text=text, related=("beacons.rule",))
 
 
 def _groups(scenario: Scenario) -> Iterator[Problem]:

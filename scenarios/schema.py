@@ -143,6 +143,16 @@ class Estimator(Section):
     acceleration_std_mps2: Positive = 0.5
 
 
+class Beacons(Section):
+    """When vehicles that beacon do so: in every cycle, in every n-th (in turn), or as CAMs.
+
+    etsi-cam: ETSI EN 302 637-2, after 4 m or 0.5 m/s, 100 to 1000 ms apart.
+    """
+
+    rule: Literal["every-cycle", "every-nth", "etsi-cam"] = "every-cycle"
+    every: Annotated[int, Field(ge=1, le=1000)] = 1
+
+
 def _extends_in_front(schema: dict[str, Any]) -> None:
     """What only a file may say: `zenvoy.scenarios.extends` puts in what the other one says."""
     schema["properties"] = {"extends": {"type": "string"}, **schema["properties"]}
@@ -162,6 +172,7 @@ class Scenario(Section):
     road: Road = Road()
     fleet: Fleet = Fleet()
     control: Control = Control()
+    beacons: Beacons = Beacons()
     sensors: Sensors = Sensors()
     estimator: Estimator = Estimator()
     channel: Channel = Channel()

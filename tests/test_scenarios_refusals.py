@@ -19,7 +19,7 @@ Refusal = Callable[..., str]
 
 TOP = (
     "extends, description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, "
-    "control, sensors, estimator, channel, events"
+    "control, beacons, sensors, estimator, channel, events"
 )
 
 

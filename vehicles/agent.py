@@ -9,6 +9,7 @@ from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE
 from zenvoy.scenarios import Scenario, Settings, roster
+from zenvoy.vehicles.beaconing import beaconing
 from zenvoy.vehicles.controllers import Law, PlatoonLaw
 from zenvoy.vehicles.decision import Place, Predicted, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
@@ -41,6 +42,7 @@ class VehicleAgent:
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         self._law = _law(scenario, settings)
         self._tells = settings.beacons
+        self._beaconing = beaconing(scenario, vehicle)
         self._estimates = "PBCM" in settings.models
         self._counts_neighbours = "MBCM" in settings.models
         self._neighbours = neighbours(scenario, vehicle, settings)
@@ -73,17 +75,18 @@ class VehicleAgent:
         """Beacon: the readings, and what the vehicle expects of itself."""
         planned_from_ns, planned = self._known.sense(sense)
         cycle, time_ns = self._cycle, sense.time_ns
-        if not self._tells:
+        sequence = self._beaconing.next(sense) if self._tells else None
+        if sequence is None:
             silence = pb.Beacon(cycle=cycle, time_ns=time_ns, vehicle=self.vehicle, silent=True)
             return silence.SerializeToString()
         motion = (sense.position, sense.speed, sense.acceleration)
         if sense.HasField("ahead"):
             link = sense.ahead
             head = _BEACON.encode(
-                cycle, time_ns, self.vehicle, cycle, *motion, link.gap, link.speed
+                cycle, time_ns, self.vehicle, sequence, *motion, link.gap, link.speed
             )
         else:
-            head = _BEACON_OF_FIRST.encode(cycle, time_ns, self.vehicle, cycle, *motion)
+            head = _BEACON_OF_FIRST.encode(cycle, time_ns, self.vehicle, sequence, *motion)
         plan = pb.Beacon(planned_from_ns=planned_from_ns, planned_acceleration=planned)
         return head + plan.SerializeToString()
 

@@ -1,0 +1,97 @@
+"""When a vehicle puts a beacon on the air."""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.state import SpeedState
+
+# ETSI EN 302 637-2 V1.4.1, 6.1.3. Vehicles drive along a line here: their heading never changes.
+_MOVED_M: Final = 4.0
+_FASTER_MPS: Final = 0.5
+_LEAST_NS: Final = 100_000_000  # T_GenCamMin
+_MOST_NS: Final = 1_000_000_000  # T_GenCamMax
+_REPEATS: Final = 3  # N_GenCam
+
+
+class Beaconing(Protocol):
+    """A rule; asked once in each cycle."""
+
+    def next(self, sense: pb.Sense) -> int | None:
+        """Sequence number of the beacon of this cycle; None: there is none."""
+
+
+class EveryCycle:
+    """As platooning does it."""
+
+    def next(self, sense: pb.Sense) -> int | None:
+        """The cycle's number."""
+        return sense.cycle
+
+
+class EveryNth:
+    """Every n-th cycle, vehicles in turn: vehicle i begins in cycle (i - 1) mod n."""
+
+    def __init__(self, vehicle: int, n: int) -> None:
+        self._first, self._n = (vehicle - 1) % n, n
+
+    def next(self, sense: pb.Sense) -> int | None:
+        """Counts from 0."""
+        number, rest = divmod(sense.cycle - self._first, self._n)
+        return number if rest == 0 and number >= 0 else None
+
+
+class EtsiCam:
+    """Triggers of the cooperative awareness service, on what the vehicle knows of itself.
+
+    A message is due when position or speed have changed by more than a threshold since the last,
+    or when the last is T_GenCam old. T_GenCam is the time between the last two that a change has
+    triggered, for three messages; then 1 s again. Never less than 100 ms apart. The speed is
+    filtered as by the vehicle's own estimator: readings alone would trigger by their errors.
+    """
+
+    def __init__(self, speed: SpeedState) -> None:
+        self._speed_state = speed
+        self._sent_ns = -1
+        self._position = self._speed = 0.0
+        self._interval_ns, self._repeats, self._number = _MOST_NS, 0, 0
+
+    def next(self, sense: pb.Sense) -> int | None:
+        """Counts from 0."""
+        self._speed_state.measure(sense.speed, sense.acceleration)
+        speed = self._speed_state.estimate
+        if self._sent_ns >= 0 and not self._due(sense, speed):
+            return None
+        self._sent_ns, self._position, self._speed = sense.time_ns, sense.position, speed
+        self._number += 1
+        return self._number - 1
+
+    def _due(self, sense: pb.Sense, speed: float) -> bool:
+        since_ns = sense.time_ns - self._sent_ns
+        if since_ns < _LEAST_NS:
+            return False
+        moved = abs(sense.position - self._position) > _MOVED_M
+        if moved or abs(speed - self._speed) > _FASTER_MPS:
+            self._interval_ns, self._repeats = min(since_ns, _MOST_NS), 0
+            return True
+        if since_ns < self._interval_ns:
+            return False
+        self._repeats += 1
+        if self._repeats >= _REPEATS:
+            self._interval_ns = _MOST_NS
+        return True
+
+
+def beaconing(scenario: Scenario, vehicle: int) -> Beaconing:
+    """The rule of a scenario, for a vehicle."""
+    match scenario.beacons.rule:
+        case "every-cycle":
+            return EveryCycle()
+        case "every-nth":
+            return EveryNth(vehicle, scenario.beacons.every)
+        case "etsi-cam":
+            error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
+            return EtsiCam(SpeedState(scenario.period_ns, scenario.estimator, error))
