@@ -6,8 +6,11 @@ imports: filterpy takes more than a second.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -146,16 +149,40 @@ def reproduce(
     duration_s: DurationOption = None,
 ) -> None:
     """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
-    import os
-
     from zenvoy.cli.reproduce import reproduce
+
+    with _studying() as at_a_time:
+        reproduce(seeds, jobs or at_a_time, bus.value, out, runs, duration_s, console)
+
+
+@app.command()
+def degradation(
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each point, from 1 on.")] = 3,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+    ] = Path("runs/degradation"),
+    duration_s: DurationOption = None,
+) -> None:
+    """Run bilateral control over worse and worse channels; leaves a table and a figure."""
+    from zenvoy.cli.degradation import degradation
+
+    with _studying() as at_a_time:
+        degradation(seeds, jobs or at_a_time, out, runs, duration_s, console)
+
+
+@contextmanager
+def _studying() -> Iterator[int]:
+    """Runs at a time; ends politely when a study cannot go on, or is told to stop."""
     from zenvoy.cli.study import StudyError
 
-    at_a_time = jobs or len(os.sched_getaffinity(0))
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, interrupt)
     try:
-        reproduce(seeds, at_a_time, bus.value, out, runs, duration_s, console)
+        yield len(os.sched_getaffinity(0))
     except (StudyError, OSError) as error:
         errors.print(f"the study cannot go on: {error}")
         raise typer.Exit(EXIT_FAILED) from error

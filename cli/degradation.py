@@ -1,0 +1,115 @@
+"""`zenvoy degradation`: bilateral control over channels that get worse."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from zenvoy.analysis.degradation import IMPAIRMENTS, MODELS, Point, picture, sheet
+from zenvoy.analysis.digest import Digest
+from zenvoy.analysis.drawing import drawn
+from zenvoy.analysis.files import csv_bytes, write_whole
+from zenvoy.analysis.reproduction import markdown
+from zenvoy.cli.study import Cell, Study
+
+_SCENARIO: Final = "paper/case-15"
+_DURATION_S: Final = 120.0
+_LOST: Final = 0.3  # of the frames, where bursts are what changes
+_NEVER_MS: Final = 1e6  # an age limit that no run reaches
+
+
+def plan(seeds: int, duration_s: float | None) -> dict[Point, list[Cell]]:
+    """The runs of each point, seed by seed."""
+    points = [
+        Point(impairment.key, level, model, fallback)
+        for impairment in IMPAIRMENTS
+        for level in impairment.levels
+        for model in MODELS
+        for fallback in (True, False)
+    ]
+    return {
+        point: [
+            Cell(
+                scenario=_SCENARIO,
+                seed=seed,
+                settings=settings(point),
+                duration_s=duration_s or _DURATION_S,
+            )
+            for seed in range(1, seeds + 1)
+        ]
+        for point in points
+    }
+
+
+def settings(point: Point) -> tuple[str, ...]:
+    """What a point changes of case 15."""
+    found = [f"control.schedule.0.model={point.model}"]
+    if point.impairment == "loss":
+        found.append(f"channel.loss.p={point.level / 100:g}")
+    elif point.impairment == "burst":
+        leave = 1.0 / point.level  # of Gilbert's model: bursts are geometric
+        enter = leave * _LOST / (1.0 - _LOST)
+        found.append(f"channel.loss.gilbert_elliott={{p: {enter!r}, r: {leave!r}}}")
+    else:
+        found.append(f"channel.latency={{distribution: fixed, mean_ms: {point.level:g}}}")
+    if not point.fallback:
+        found.append(f"control.beacon_age_limit_ms={_NEVER_MS:g}")
+    return tuple(found)
+
+
+def degradation(
+    seeds: int, jobs: int, out: Path, runs: Path, duration_s: float | None, console: Console
+) -> None:
+    """Run what is not there yet, then write table, figure and README.md to `out`.
+
+    Raises StudyError, ScenarioError or OSError; what was run by then is kept in `runs`.
+    """
+    cells = plan(seeds, duration_s)
+    study = Study(
+        folder=runs,
+        jobs=jobs,
+        tell=lambda text: console.print(text, highlight=False, soft_wrap=True),
+    )
+    wanted = sorted((cell for of in cells.values() for cell in of), key=lambda cell: cell.seed)
+    digests = study.run(list(dict.fromkeys(wanted)))
+    found = {point: [digests[cell] for cell in of] for point, of in cells.items()}
+    command = f"zenvoy degradation --seeds {seeds}"
+    if duration_s is not None:
+        command += f" --duration-s {duration_s:g}"
+    out.mkdir(parents=True, exist_ok=True)
+    for path in write_whole(out, _files(found, command)):
+        console.print(str(path), highlight=False, soft_wrap=True)
+
+
+def _files(found: dict[Point, list[Digest]], command: str) -> dict[str, bytes]:
+    table = sheet(found)
+    end_s = max(float(run.time_s[-1]) for of in found.values() for run in of)
+    caption = (
+        "Case 15 with other models and worse channels: 40 vehicles on a ring, readings wrong by up "
+        "to 10 %, FM until 10 s, when one brakes for 2 s. Above, the smallest MinDistance of the "
+        f"second half of {end_s:g} s; below, the spread of speed over its last 20 s. Solid with "
+        "circles: vehicles fall back to FM on their radar while what they have heard is more than "
+        "a second old. Dashed with crosses: they go by it however old it is. Bars: 95 % intervals "
+        "over seeds."
+    )
+    drawing = drawn(shown := picture(found, caption))
+    text = [
+        "# Degradation with the channel",
+        "",
+        f"Written by `{command}` of Zenvoy {version('zenvoy')}.",
+        "",
+        f"![{shown.name}]({shown.name}.png)",
+        "",
+        f"*{caption}*",
+        "",
+        markdown(table),
+    ]
+    return {
+        f"{shown.name}.png": drawing.png,
+        f"{shown.name}.svg": drawing.svg,
+        f"{table.name}.csv": csv_bytes(table),
+        "README.md": "\n".join(text).encode(),
+    }
