@@ -16,7 +16,7 @@ from zenvoy.bus.draws import Purpose, normals, philox, uniforms
 
 Floats = NDArray[np.float64]
 
-MANY = np.arange(20_000)
+MANY = np.arange(50_000)
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,8 @@ events:
 VEHICLES, CYCLES, PERIOD_NS, RING_M = 40, 60, 100_000_000, 1500.0
 FLEET = {"/fleet/truth": 61, "/fleet/radar": 60, "/fleet/estimate": 60, "/fleet/command": 60}
 COUNTS = {**FLEET, "/v2v/frames": 60, "/clock": 61}
+# Filled only by MBCM, by carrier sense, and by relaying.
+ELSEWHERE = {"neighbours", "busy_ratio", "hops"}
 FIELDS = {
     "/fleet/truth": {"position", "speed", "acceleration"},
     "/fleet/radar": {"gap", "relative_speed"},
@@ -122,7 +124,7 @@ def test_columns_have_an_entry_per_vehicle_or_frame(recorded: Recorded) -> None:
     for topic, size in [*((topic, {VEHICLES}) for topic in FLEET), ("/v2v/frames", None)]:
         for row in recorded.rows[topic]:
             fields = [f.name for f in row.DESCRIPTOR.fields if f.is_repeated]
-            columns = [name for name in fields if name != "neighbours"]  # MBCM only
+            columns = [name for name in fields if name not in ELSEWHERE]
             lengths = {len(getattr(row, name)) for name in columns}
             assert lengths == (size or {VEHICLES * (VEHICLES - 1)}), (topic, row.cycle)
 

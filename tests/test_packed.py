@@ -42,6 +42,8 @@ def frames(draw: st.DrawFn) -> dict[str, Any]:
         "latency_ns": column(i64),
         "distance": column(f32),
         "outcome": column(u32),
+        "busy_ratio": column(f32),
+        "hops": column(u32),
     }
 
 
