@@ -16,6 +16,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Beacons, Estimator, Scenario, ScenarioError, Sensors, load
 from zenvoy.vehicles.beaconing import EtsiCam, EveryNth, beaconing
 from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.state import SpeedState
 
 MS_NS = 1_000_000
@@ -23,8 +24,9 @@ MS_NS = 1_000_000
 
 def cams(motion: Sequence[tuple[float, float]], period_ms: int = 100) -> list[int]:
     """Cycles with a CAM, of a vehicle whose position and speed are these, read without error."""
-    speed = SpeedState(period_ms * MS_NS, Estimator(), ReadingError(1e-6, 30.0, 1e-6))
-    rule, before = EtsiCam(speed), motion[0][1]
+    own, period_ns = Motion(10 * 1_000 * MS_NS), period_ms * MS_NS
+    speed = SpeedState(period_ns, Estimator(), ReadingError(1e-6, 30.0, 1e-6), own)
+    rule, before = EtsiCam(speed, own, period_ns), motion[0][1]
     sent: list[int] = []
     for cycle, (position, v) in enumerate(motion):
         acceleration = (v - before) / (period_ms * 1e-3)

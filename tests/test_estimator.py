@@ -13,7 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import Filter, ReadingError
+from zenvoy.vehicles.motion import Motion
+from zenvoy.vehicles.state import SpeedState
 
 Floats = NDArray[np.float64]
 Variances = tuple[float, ...]
@@ -249,3 +252,20 @@ def test_is_as_uncertain_as_it_says(size: int, steps: int, loss: float) -> None:
 def test_consistency_is_noticed_to_be_missing() -> None:
     with pytest.raises(AssertionError):
         assert_consistent(nees(steps=10, size=2, seed=21, share=0.11), 2)
+
+
+def test_the_own_speed_is_predicted_through_readings_that_were_missed() -> None:
+    """Readings without error of a motion that is known: what is predicted is what is read."""
+    period_ns = 100_000_000
+    own = Motion(keep_ns=10**12)
+    state = SpeedState(period_ns, Estimator(), speed_error(), own)
+    speed = 30.0
+    for cycle, a in enumerate([0.0, 1.0, -2.0, 3.0, 1.5, -1.0, 0.5, 2.0]):
+        time_ns = cycle * period_ns
+        own.learn(time_ns - period_ns, time_ns, a, (), ())
+        speed += 0.1 * a
+        if cycle not in {2, 3, 4, 6}:
+            state.measure(time_ns, speed)
+            assert state.estimate == pytest.approx(speed, abs=1e-9)
+    state.measure(time_ns + 200 * period_ns, 12.0)  # too long: it starts anew
+    assert state.estimate == 12.0

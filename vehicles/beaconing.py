@@ -7,6 +7,7 @@ from typing import Final, Protocol
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.state import SpeedState
 
 # ETSI EN 302 637-2 V1.4.1, 6.1.3. Vehicles drive along a line here: their heading never changes.
@@ -53,15 +54,18 @@ class EtsiCam:
     filtered as by the vehicle's own estimator: readings alone would trigger by their errors.
     """
 
-    def __init__(self, speed: SpeedState) -> None:
-        self._speed_state = speed
+    def __init__(self, speed: SpeedState, own: Motion, period_ns: int) -> None:
+        """`own`: where the readings of acceleration go, that `speed` takes its inputs from."""
+        self._speed_state, self._own, self._period_ns = speed, own, period_ns
         self._sent_ns = -1
         self._position = self._speed = 0.0
         self._interval_ns, self._repeats, self._number = _MOST_NS, 0, 0
 
     def next(self, sense: pb.Sense) -> int | None:
         """Counts from 0."""
-        self._speed_state.measure(sense.speed, sense.acceleration)
+        start_ns = sense.time_ns - self._period_ns
+        self._own.learn(start_ns, sense.time_ns, sense.acceleration, (), ())
+        self._speed_state.measure(sense.time_ns, sense.speed)
         speed = self._speed_state.estimate
         if self._sent_ns >= 0 and not self._due(sense, speed):
             return None
@@ -93,5 +97,7 @@ def beaconing(scenario: Scenario, vehicle: int) -> Beaconing:
         case "every-nth":
             return EveryNth(vehicle, scenario.beacons.every)
         case "etsi-cam":
+            own = Motion(_MOST_NS)
             error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
-            return EtsiCam(SpeedState(scenario.period_ns, scenario.estimator, error))
+            speed = SpeedState(scenario.period_ns, scenario.estimator, error, own)
+            return EtsiCam(speed, own, scenario.period_ns)

@@ -63,7 +63,7 @@ class Knowledge:
         self.link_behind = link(front=self._own, rear=self._behind)
         speed = scenario.control.desired_speed_mps
         own_error = ReadingError(scenario.sensors.error_std, speed)
-        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error)
+        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error, self._own)
 
     @property
     def age_ns(self) -> int:
@@ -108,7 +108,7 @@ class Knowledge:
         if not self._by_position:
             self._measure(self.link_ahead, sense, _radar(sense))
         if self._estimates:
-            self.speed.measure(sense.speed, sense.acceleration)
+            self.speed.measure(sense.time_ns, sense.speed)
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""

@@ -82,9 +82,14 @@ class LinkState:
 class SpeedState:
     """Filtered own speed at the start of the cycle."""
 
-    def __init__(self, period_ns: int, estimator: Estimator, error: ReadingError) -> None:
+    def __init__(
+        self, period_ns: int, estimator: Estimator, error: ReadingError, own: Motion
+    ) -> None:
+        self._period_ns = period_ns
         self._filter = state_filter(estimator, period_ns)
         self._error = error
+        self._own = own
+        self._measured_ns = 0
 
     @property
     def estimate(self) -> float:
@@ -96,7 +101,13 @@ class SpeedState:
         """Its standard deviation, m/s."""
         return self._filter.std[0]
 
-    def measure(self, reading: float, acceleration: float) -> None:
-        """Take in a reading (m/s), one period after the last, with what acted since (m/s²)."""
+    def measure(self, time_ns: int, reading: float) -> None:
+        """Take in a reading (m/s) of `time_ns`, with what is known of the motion in between."""
+        period_ns = self._period_ns
+        if (time_ns - self._measured_ns) // period_ns > _GIVE_UP_PERIODS:
+            self._filter.reset()
+        starts = range(self._measured_ns, time_ns, period_ns)
+        inputs = [self._own.mean(start_ns, start_ns + period_ns) for start_ns in starts]
         about = self._filter.x[0] if self._filter.x else reading
-        self._filter.step((acceleration,), (reading,), (self._error.variance(about),))
+        self._filter.step(inputs, (reading,), (self._error.variance(about),))
+        self._measured_ns = time_ns
