@@ -8,6 +8,7 @@ from typing import Final
 from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.motion_section import motion_section
+from zenvoy.analysis.punctuality_section import punctuality_section
 from zenvoy.analysis.section import Section
 from zenvoy.analysis.stability_section import stability_section
 from zenvoy.analysis.v2v import v2v_section
@@ -22,4 +23,5 @@ CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
 
 def chapters(run: Run) -> tuple[Section, ...]:
     """Every chapter of a run that has motion to show; raises LogError."""
-    return tuple(chapter(run) for chapter in CHAPTERS)
+    live = (punctuality_section,) if run.scenario.clock == "realtime" else ()
+    return tuple(chapter(run) for chapter in (*CHAPTERS, *live))

@@ -12,6 +12,7 @@ from zenvoy.analysis.links import arrived
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
+from zenvoy.analysis.punctuality import missed_decisions, punctuality, quantiles
 from zenvoy.analysis.spans import distances, spans
 from zenvoy.bus import messages_pb2 as pb
 
@@ -36,6 +37,8 @@ def summary_of(run: Run) -> Summary:
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in run.events)
     summary["frames"] = _frames(run.path)
+    if run.scenario.clock == "realtime":
+        summary["real_time"] = _real_time(run)
     return summary
 
 
@@ -98,6 +101,28 @@ def _agreement(run: Run) -> Summary:
             "measured": _fit(fit(radar["gap"][:cycles], gap)),
             "estimated": _fit(fit(estimate["ahead_gap"][:cycles], gap)),
         },
+    }
+
+
+def _real_time(run: Run) -> Summary | None:
+    """How the run kept to the clock; None where no cycle tells."""
+    found = punctuality(run)
+    if found is None:
+        return None
+    missed, due = missed_decisions(run)
+    kinds = ("cycle", "sense", "decision", "command", "delivery")
+    lateness = {kind: quantiles(getattr(found, kind)) for kind in kinds}
+    return {
+        "speed": run.scenario.speed,
+        "lateness_ms": {
+            kind: None if told is None else told._asdict() for kind, told in lateness.items()
+        },
+        "commands_late": found.commands_late,
+        "commands_missing": found.commands_missing,
+        "frames_due": due,
+        "frames_that_missed_their_decision": missed,
+        "overruns": found.overruns,
+        "drift_ms": found.drift_ms,
     }
 
 

@@ -59,8 +59,8 @@ Log = Callable[[Topic[Any], int, bytes], None]
 """Takes what is logged: its topic, its instant of simulation time (ns), its bytes."""
 
 
-class Agent(Protocol):
-    """A participant. It never reads a clock, a socket or a global random state."""
+class Participant(Protocol):
+    """Who takes part in a run, and which streams are its own."""
 
     @property
     def name(self) -> str:
@@ -73,6 +73,10 @@ class Agent(Protocol):
     @property
     def vehicle(self) -> int:
         """Number of the vehicle, 0 for the others."""
+
+
+class Agent(Participant, Protocol):
+    """A participant. It never reads a clock, a socket or a global random state."""
 
     @property
     def barrier(self) -> Barrier | None:

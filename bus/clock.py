@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
 
 WallClock = Callable[[], int]
@@ -12,6 +13,25 @@ WallClock = Callable[[], int]
 def wall_ns() -> int:
     """Monotonic wall time, ns; its zero means nothing."""
     return time.monotonic_ns()
+
+
+@dataclass(frozen=True, slots=True)
+class WallTime:
+    """Simulation time on the wall clock: time 0 is at `start_ns`, and runs `speed` times as fast.
+
+    On Linux `wall_ns` is the same clock for all processes of a machine, so they share a start.
+    """
+
+    start_ns: int
+    speed: float = 1.0
+
+    def wall_ns(self, time_ns: int) -> int:
+        """Wall time of an instant of simulation time."""
+        return self.start_ns + round(time_ns / self.speed)
+
+    def time_ns(self, wall_ns: int) -> int:
+        """Simulation time at an instant of wall time; 0 before the start."""
+        return max(0, round((wall_ns - self.start_ns) * self.speed))
 
 
 def stamp() -> str:

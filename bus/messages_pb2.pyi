@@ -114,6 +114,11 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     EVENT_TRACE: _EventKind.ValueType  # 9
     """a vehicle begins to follow a speed trace"""
     EVENT_TRACE_END: _EventKind.ValueType  # 10
+    EVENT_SILENT: _EventKind.ValueType  # 11
+    """real time: no command of a vehicle for too long; it rolls on"""
+    EVENT_SILENT_END: _EventKind.ValueType  # 12
+    EVENT_PROCESS_BACK: _EventKind.ValueType  # 13
+    """real time: one that was lost is there again"""
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -131,6 +136,11 @@ EVENT_STOPPED: EventKind.ValueType  # 8
 EVENT_TRACE: EventKind.ValueType  # 9
 """a vehicle begins to follow a speed trace"""
 EVENT_TRACE_END: EventKind.ValueType  # 10
+EVENT_SILENT: EventKind.ValueType  # 11
+"""real time: no command of a vehicle for too long; it rolls on"""
+EVENT_SILENT_END: EventKind.ValueType  # 12
+EVENT_PROCESS_BACK: EventKind.ValueType  # 13
+"""real time: one that was lost is there again"""
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final
@@ -170,6 +180,7 @@ class Sense(_message.Message):
     POSITION_FIELD_NUMBER: _builtins.int
     SPEED_FIELD_NUMBER: _builtins.int
     ACCELERATION_FIELD_NUMBER: _builtins.int
+    WALL_START_NS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     vehicle: _builtins.int
@@ -178,6 +189,8 @@ class Sense(_message.Message):
     speed: _builtins.float
     acceleration: _builtins.float
     """mean over the period that ends at time_ns"""
+    wall_start_ns: _builtins.int
+    """in real time only: when time 0 was, on the machine's CLOCK_MONOTONIC"""
     @_builtins.property
     def ahead(self) -> Global___Link:
         """radar; absent where no vehicle is ahead"""
@@ -192,10 +205,11 @@ class Sense(_message.Message):
         position: _builtins.float = ...,
         speed: _builtins.float = ...,
         acceleration: _builtins.float = ...,
+        wall_start_ns: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "ahead", b"ahead", "cycle", b"cycle", "position", b"position", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "ahead", b"ahead", "cycle", b"cycle", "position", b"position", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle", "wall_start_ns", b"wall_start_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -271,8 +285,11 @@ class Positions(_message.Message):
     CYCLE_FIELD_NUMBER: _builtins.int
     TIME_NS_FIELD_NUMBER: _builtins.int
     POSITION_FIELD_NUMBER: _builtins.int
+    WALL_START_NS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
+    wall_start_ns: _builtins.int
+    """as in Sense"""
     @_builtins.property
     def position(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]: ...
     def __init__(
@@ -281,10 +298,11 @@ class Positions(_message.Message):
         cycle: _builtins.int = ...,
         time_ns: _builtins.int = ...,
         position: _abc.Iterable[_builtins.float] | None = ...,
+        wall_start_ns: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "position", b"position", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "position", b"position", "time_ns", b"time_ns", "wall_start_ns", b"wall_start_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -293,7 +311,8 @@ Global___Positions: _TypeAlias = Positions  # noqa: Y015
 @_typing.final
 class Receive(_message.Message):
     """channel -> vehicle: every frame that has arrived by time_ns and was not delivered before, in
-    order of arrival. The three lists run in parallel.
+    order of arrival. The three lists run in parallel. In real time there are as many of them in a
+    cycle as it takes for each frame to come at its own instant.
     """
 
     DESCRIPTOR: _descriptor.Descriptor
@@ -376,6 +395,52 @@ class LinkEstimate(_message.Message):
 Global___LinkEstimate: _TypeAlias = LinkEstimate  # noqa: Y015
 
 @_typing.final
+class Timing(_message.Message):
+    """In real time only, within a Command: how a vehicle kept to the clock. Instants of the wall clock
+    are written as the simulation time that it was then.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SENSED_NS_FIELD_NUMBER: _builtins.int
+    DECIDED_NS_FIELD_NUMBER: _builtins.int
+    SOURCE_FIELD_NUMBER: _builtins.int
+    ARRIVED_NS_FIELD_NUMBER: _builtins.int
+    CAME_NS_FIELD_NUMBER: _builtins.int
+    sensed_ns: _builtins.int
+    """when the sense of the cycle came; due at the cycle's start"""
+    decided_ns: _builtins.int
+    """when it decided; due at time_ns of the command"""
+    @_builtins.property
+    def source(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """of each frame that has come since the last command"""
+
+    @_builtins.property
+    def arrived_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when that frame was due, as drawn"""
+
+    @_builtins.property
+    def came_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when it came"""
+
+    def __init__(
+        self,
+        *,
+        sensed_ns: _builtins.int = ...,
+        decided_ns: _builtins.int = ...,
+        source: _abc.Iterable[_builtins.int] | None = ...,
+        arrived_ns: _abc.Iterable[_builtins.int] | None = ...,
+        came_ns: _abc.Iterable[_builtins.int] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "came_ns", b"came_ns", "decided_ns", b"decided_ns", "sensed_ns", b"sensed_ns", "source", b"source"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Timing: _TypeAlias = Timing  # noqa: Y015
+
+@_typing.final
 class Command(_message.Message):
     """vehicle -> world: the acceleration it decided at time_ns, and what it was based on."""
 
@@ -394,6 +459,7 @@ class Command(_message.Message):
     PREDICTED_SPEED_FIELD_NUMBER: _builtins.int
     AGE_NS_FIELD_NUMBER: _builtins.int
     NEIGHBOURS_FIELD_NUMBER: _builtins.int
+    TIMING_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     vehicle: _builtins.int
@@ -412,6 +478,8 @@ class Command(_message.Message):
     def ahead(self) -> Global___LinkEstimate: ...
     @_builtins.property
     def behind(self) -> Global___LinkEstimate: ...
+    @_builtins.property
+    def timing(self) -> Global___Timing: ...
     def __init__(
         self,
         *,
@@ -428,10 +496,11 @@ class Command(_message.Message):
         predicted_speed: _builtins.float = ...,
         age_ns: _builtins.int = ...,
         neighbours: _builtins.int = ...,
+        timing: Global___Timing | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead", "behind", b"behind"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead", "behind", b"behind", "timing", b"timing"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "timing", b"timing", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -455,7 +524,7 @@ class Clock(_message.Message):
     real_time_factor: _builtins.float
     """simulated over wall time, since the start"""
     overruns: _builtins.int
-    """cycles that began after their deadline (real time only)"""
+    """cycles that began late, so far (real time only)"""
     def __init__(
         self,
         *,
@@ -472,6 +541,82 @@ class Clock(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Clock: _TypeAlias = Clock  # noqa: Y015
+
+@_typing.final
+class RealTime(_message.Message):
+    """/realtime, in real time only: how a cycle kept to the clock. Instants of the wall clock are
+    written as the simulation time that it was then; -1: never.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    CYCLE_FIELD_NUMBER: _builtins.int
+    TIME_NS_FIELD_NUMBER: _builtins.int
+    BEGAN_NS_FIELD_NUMBER: _builtins.int
+    SENSED_NS_FIELD_NUMBER: _builtins.int
+    DECIDED_NS_FIELD_NUMBER: _builtins.int
+    COMMANDED_NS_FIELD_NUMBER: _builtins.int
+    DEADLINE_NS_FIELD_NUMBER: _builtins.int
+    SOURCE_FIELD_NUMBER: _builtins.int
+    DESTINATION_FIELD_NUMBER: _builtins.int
+    ARRIVED_NS_FIELD_NUMBER: _builtins.int
+    CAME_NS_FIELD_NUMBER: _builtins.int
+    cycle: _builtins.int
+    time_ns: _builtins.int
+    began_ns: _builtins.int
+    """when the world began the cycle; due at time_ns"""
+    deadline_ns: _builtins.int
+    """when a command of the cycle is to take effect"""
+    @_builtins.property
+    def sensed_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """In order of vehicle.
+        when its sense came; due at time_ns
+        """
+
+    @_builtins.property
+    def decided_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when it decided; due at time_ns + v2v_wait"""
+
+    @_builtins.property
+    def commanded_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when its command came; due at deadline_ns"""
+
+    @_builtins.property
+    def source(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """A row per frame that the receiver has told of with its command of this cycle."""
+
+    @_builtins.property
+    def destination(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]: ...
+    @_builtins.property
+    def arrived_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when the frame was due, as drawn"""
+
+    @_builtins.property
+    def came_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """when it came"""
+
+    def __init__(
+        self,
+        *,
+        cycle: _builtins.int = ...,
+        time_ns: _builtins.int = ...,
+        began_ns: _builtins.int = ...,
+        sensed_ns: _abc.Iterable[_builtins.int] | None = ...,
+        decided_ns: _abc.Iterable[_builtins.int] | None = ...,
+        commanded_ns: _abc.Iterable[_builtins.int] | None = ...,
+        deadline_ns: _builtins.int = ...,
+        source: _abc.Iterable[_builtins.int] | None = ...,
+        destination: _abc.Iterable[_builtins.int] | None = ...,
+        arrived_ns: _abc.Iterable[_builtins.int] | None = ...,
+        came_ns: _abc.Iterable[_builtins.int] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "began_ns", b"began_ns", "came_ns", b"came_ns", "commanded_ns", b"commanded_ns", "cycle", b"cycle", "deadline_ns", b"deadline_ns", "decided_ns", b"decided_ns", "destination", b"destination", "sensed_ns", b"sensed_ns", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___RealTime: _TypeAlias = RealTime  # noqa: Y015
 
 @_typing.final
 class FleetTruth(_message.Message):
@@ -773,7 +918,9 @@ Global___Frames: _TypeAlias = Frames  # noqa: Y015
 
 @_typing.final
 class Links(_message.Message):
-    """channel -> world: what became of the frames of a cycle, as the log has it."""
+    """channel -> world: what became of the frames of a cycle, as the log has it. In real time more of
+    them come for a cycle where beacons were late.
+    """
 
     DESCRIPTOR: _descriptor.Descriptor
 

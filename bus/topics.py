@@ -63,6 +63,7 @@ ESTIMATE: Final = Topic("estimate", pb.FleetEstimate, logged_as="/fleet/estimate
 FLEET_COMMAND: Final = Topic("fleet command", pb.FleetCommand, logged_as="/fleet/command")
 FRAMES: Final = Topic("frames", pb.Frames, logged_as="/v2v/frames")
 EVENTS: Final = Topic("events", pb.Event, logged_as="/events")
+REALTIME: Final = Topic("realtime", pb.RealTime, logged_as="/realtime")
 
 TOPICS: Final = (
     SENSE,
@@ -78,8 +79,12 @@ TOPICS: Final = (
     FLEET_COMMAND,
     FRAMES,
     EVENTS,
+    REALTIME,
 )
-LOGGED: Final = tuple(topic for topic in TOPICS if topic.logged_as is not None)
+LOGGED: Final = tuple(
+    topic for topic in TOPICS if topic.logged_as is not None and topic is not REALTIME
+)
+"""Topics of every log; REALTIME is in those of real time alone."""
 
 
 def alive_key(run: str, process: str = "*") -> str:

@@ -69,6 +69,11 @@ class Watch:
         """Say that a barrier was met."""
         self._progress += 1
 
+    def let_be(self) -> None:
+        """From now on a lack of progress is no business of this watch."""
+        if not self._stopped:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
     def _on_stop(self, _signal: int, _frame: FrameType | None) -> None:
         self._stopped = True
         signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm is final

@@ -11,7 +11,7 @@ from typing import Any, Self, cast
 
 import zenoh
 
-from zenvoy.bus.agent import Agent, Barrier, Envelope, Log
+from zenvoy.bus.agent import Agent, Barrier, Envelope, Log, Participant
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
@@ -32,32 +32,32 @@ class Wiring:
     stall_limit_s: float | None = None
 
 
-class ZenohBus:
-    """Subscriptions, publications and readiness of one agent.
+class Connection:
+    """Subscriptions, publications and readiness of one participant.
 
-    Use as a context: entering returns when every reader of what this agent writes is there, and
-    every process it waits for has shown its token; then it shows its own.
+    Use as a context: entering returns when every reader of what it writes is there, and every
+    process it waits for has shown its token; then it shows its own.
     """
 
-    def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
-        self._agent = agent
+    live = False
+    """Whether nobody waits for a reader: what one cannot take is dropped."""
+
+    def __init__(
+        self, participant: Participant, wiring: Wiring, log: Log | None, rejected: Counter[str]
+    ) -> None:
+        self._participant = participant
         self._wiring = wiring
         self._log = log
-        self._mailbox = Mailbox()
         self._known = frozenset(wiring.vehicles)
-        self._fifos: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
+        self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
         self._publishers: dict[tuple[Topic[Any], int], zenoh.Publisher] = {}
         self._vehicle_of_key: dict[str, int] = {}
         self._joiner = Joiner()
         self._awaited = ""
-        self._barrier: Barrier | None = None
         self._watch = Watch(wiring.stall_limit_s, self._blame)
         self._alive: zenoh.Subscriber[Any] | None = None
-
-    @property
-    def rejected(self) -> Counter[str]:
+        self.rejected = rejected
         """Messages that came and were refused, by reason."""
-        return self._mailbox.rejected
 
     @property
     def session(self) -> zenoh.Session:
@@ -66,14 +66,15 @@ class ZenohBus:
 
     def __enter__(self) -> Self:
         self._watch.__enter__()
-        self._session = open_session(self._wiring.listen, self._wiring.connect)
+        wiring = self._wiring
+        self._session = open_session(wiring.listen, wiring.connect, live=self.live)
         try:
             self._subscribe()
-            self._publish()
+            self._declare_publishers()
             self._wait_for_readers()
             self._wait_for_tokens()
             token = self._session.liveliness().declare_token(
-                alive_key(self._wiring.run, self._agent.name)
+                alive_key(self._wiring.run, self._participant.name)
             )
         except BaseException as error:
             self.__exit__(type(error), error, None)
@@ -90,20 +91,10 @@ class ZenohBus:
         self._watch.__exit__(kind, error, trace)
         if self.rejected:
             counts = ", ".join(f"{count} {why}" for why, count in sorted(self.rejected.items()))
-            print(f"{self._agent.name}: messages refused: {counts}", file=sys.stderr)
+            print(f"{self._participant.name}: messages refused: {counts}", file=sys.stderr)
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub has no types for it
-
-    def run(self) -> None:
-        """Step the agent until it is done; raises StoppedError or StalledError."""
-        agent, mailbox = self._agent, self._mailbox
-        while (barrier := agent.barrier) is not None:
-            self._barrier = barrier
-            self._collect(barrier)
-            self._watch.progressed()
-            for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
-                self.send(envelope)
 
     def send(self, envelope: Envelope) -> None:
         """Log a message, publish it, or both, as its topic says."""
@@ -124,36 +115,34 @@ class ZenohBus:
 
     def lost_processes(self) -> list[str]:
         """Processes whose tokens have gone since the last call."""
-        lost = []
+        return [name for name, there in self.comings_and_goings() if not there]
+
+    def comings_and_goings(self) -> list[tuple[str, bool]]:
+        """Processes whose tokens have come (True) or gone since the last call, in that order."""
+        found = []
         while self._alive is not None and (sample := self._alive.try_recv()) is not None:
-            if sample.kind == zenoh.SampleKind.DELETE:
-                lost.append(str(sample.key_expr).rpartition("/")[2])
-        return lost
+            name = str(sample.key_expr).rpartition("/")[2]
+            found.append((name, sample.kind == zenoh.SampleKind.PUT))
+        return found
 
-    def _collect(self, barrier: Barrier) -> None:
-        has, wait = self._mailbox.has, self._watch.wait
-        for topic, ids in barrier.needs:
-            receive = self._fifos[topic].recv
-            while not has(topic, barrier.cycle, len(ids)):
-                self._take_in(topic, wait(receive))
-
-    def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
+    def _admitted(self, topic: Topic[Any], sample: zenoh.Sample) -> tuple[int, bytes] | None:
+        """Vehicle and whole payload of what has come; None for a part, or what is refused."""
         vehicle = self._vehicle_of(topic, str(sample.key_expr))
         if vehicle is None:
-            self._mailbox.rejected["foreign"] += 1
-            return
+            self.rejected["foreign"] += 1
+            return None
         payload = sample.payload.to_bytes()
         attachment = sample.attachment
         if attachment is not None:
             try:
                 whole = self._joiner.join((topic, vehicle), payload, attachment.to_bytes())
             except PayloadError:
-                self._mailbox.rejected["malformed"] += 1
-                return
+                self.rejected["malformed"] += 1
+                return None
             if whole is None:
-                return
+                return None
             payload = whole
-        self._mailbox.put(topic, vehicle, payload)
+        return vehicle, payload
 
     def _vehicle_of(self, topic: Topic[Any], key: str) -> int | None:
         if not topic.per_vehicle:
@@ -168,18 +157,20 @@ class ZenohBus:
         return vehicle
 
     def _subscribe(self) -> None:
-        agent, run = self._agent, self._wiring.run
-        capacity = 8 * len(self._wiring.vehicles) + 64
+        agent, run = self._participant, self._wiring.run
         for topic in TOPICS:
             if topic.reader == agent.role and topic.pattern is not None:
                 key = topic.key(run, agent.vehicle if agent.vehicle else "*")
-                fifo: zenoh.handlers.FifoChannel[zenoh.Sample] = zenoh.handlers.FifoChannel(
-                    capacity
-                )
-                self._fifos[topic] = self._session.declare_subscriber(key, fifo)
+                handler = self._handler(topic)
+                self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
-    def _publish(self) -> None:
-        agent, wiring = self._agent, self._wiring
+    def _handler(self, topic: Topic[Any]) -> Any:
+        """What Zenoh hands the samples of a topic to."""
+        raise NotImplementedError
+
+    def _declare_publishers(self) -> None:
+        agent, wiring = self._participant, self._wiring
+        full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK
         for topic in TOPICS:
             if topic.writer != agent.role or topic.pattern is None:
                 continue
@@ -189,8 +180,7 @@ class ZenohBus:
                 vehicles = wiring.vehicles if topic.per_vehicle else (0,)
             for vehicle in vehicles:
                 self._publishers[topic, vehicle] = self._session.declare_publisher(
-                    topic.key(wiring.run, vehicle),
-                    congestion_control=zenoh.CongestionControl.BLOCK,
+                    topic.key(wiring.run, vehicle), congestion_control=full
                 )
 
     def _wait_for_readers(self) -> None:
@@ -220,6 +210,45 @@ class ZenohBus:
             if sample.kind == zenoh.SampleKind.PUT:
                 absent.discard(str(sample.key_expr).rpartition("/")[2])
                 self._watch.progressed()
+
+    def _blame(self, in_any_case: bool) -> str | None:
+        """What this process waits for, or None where it should not be the one to say so."""
+        return self._awaited
+
+
+class ZenohBus(Connection):
+    """Drives an agent in lock-step: each of its steps when all that it waits for is there."""
+
+    def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
+        self._mailbox = Mailbox()
+        super().__init__(agent, wiring, log, self._mailbox.rejected)
+        self._agent = agent
+        self._barrier: Barrier | None = None
+
+    def run(self) -> None:
+        """Step the agent until it is done; raises StoppedError or StalledError."""
+        agent, mailbox = self._agent, self._mailbox
+        while (barrier := agent.barrier) is not None:
+            self._barrier = barrier
+            self._collect(barrier)
+            self._watch.progressed()
+            for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
+                self.send(envelope)
+
+    def _collect(self, barrier: Barrier) -> None:
+        has, wait = self._mailbox.has, self._watch.wait
+        for topic, ids in barrier.needs:
+            receive = self._subscribers[topic].recv
+            while not has(topic, barrier.cycle, len(ids)):
+                self._take_in(topic, wait(receive))
+
+    def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
+        admitted = self._admitted(topic, sample)
+        if admitted is not None:
+            self._mailbox.put(topic, *admitted)
+
+    def _handler(self, topic: Topic[Any]) -> zenoh.handlers.FifoChannel[zenoh.Sample]:
+        return zenoh.handlers.FifoChannel(8 * len(self._wiring.vehicles) + 64)
 
     def _blame(self, in_any_case: bool) -> str | None:
         """What is missing, or None where it is the world that keeps this process waiting."""

@@ -38,7 +38,7 @@ class ChannelAgent:
         self._transmission = Transmission(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
-        self._air = Air(size)
+        self.air = Air(size)
 
     @property
     def barrier(self) -> Barrier | None:
@@ -53,24 +53,24 @@ class ChannelAgent:
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Decide the fate of the cycle's frames and deliver what is due."""
-        links = [self._transmit(inbox)] if self._cycle >= 0 else []
+        links = [self.transmit(inbox)] if self._cycle >= 0 else []
         delivery = self._cycle + self._ahead
         self._cycle += 1
         if delivery == self._cycles:
             return links
-        return self._air.deliver(delivery, delivery * self._period_ns + self._wait_ns) + links
+        return self.air.deliver(delivery, delivery * self._period_ns + self._wait_ns) + links
 
-    def _transmit(self, inbox: Inbox) -> Envelope:
-        """Put a cycle's frames on the air; returns what becomes of them."""
+    def transmit(self, inbox: Inbox) -> Envelope:
+        """Put the frames of the beacons in `inbox` on the air; returns what becomes of them."""
         positions = inbox.one(POSITIONS)
         beacons = inbox.all(BEACON)
         sequence = np.array([beacon.sequence for beacon in beacons], dtype=np.int64)
         speaks = np.array([not beacon.silent for beacon in beacons])
         position = np.array(positions.position)
-        scene = Scene(self._cycle, positions.time_ns, position, self._ring_length_m)
+        scene = Scene(positions.cycle, positions.time_ns, position, self._ring_length_m)
         sent = self._transmission.of(speaks, sequence, scene)
         rows = sent.rows
-        self._air.send(inbox.payloads(BEACON), rows.source, rows.destination, sent.fate.arrived_ns)
+        self.air.send(inbox.payloads(BEACON), rows.source, rows.destination, sent.fate.arrived_ns)
         return _links(scene, sent)
 
 

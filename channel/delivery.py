@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -57,24 +58,55 @@ class Air:
 
     def deliver(self, cycle: int, until_ns: int) -> list[Envelope]:
         """Receives of a cycle: for each vehicle what has arrived by `until_ns`, in that order."""
+        due = self._due(until_ns)
+        receives = self._receives(due, self._vehicles, cycle, until_ns)
+        self._forget(due)
+        return receives
+
+    @property
+    def next_ns(self) -> int | None:
+        """When the next frame arrives; None where none is in flight."""
+        return int(self._arrived_ns.min()) if len(self._arrived_ns) else None
+
+    def batch(self, cycle: int, until_ns: int) -> tuple[int, list[Envelope]]:
+        """When the last of the frames arrives that do by `until_ns`, and receives with these.
+
+        None for a vehicle that gets none. The frames stay in flight until they have `landed`.
+        Raises ValueError where there are none.
+        """
+        due = self._due(until_ns)
+        at_ns = int(self._arrived_ns[due].max())
+        vehicles = np.unique(self._destination[due]).tolist()
+        return at_ns, self._receives(due, vehicles, cycle, at_ns)
+
+    def landed(self, until_ns: int) -> None:
+        """Forget the frames that have arrived by `until_ns`."""
+        self._forget(self._due(until_ns))
+
+    def _due(self, until_ns: int) -> Ints:
+        """Rows of the frames that arrive by `until_ns`, by destination, in order of arrival."""
         due = np.flatnonzero(self._arrived_ns <= until_ns)
         keys = (self._number[due], self._arrived_ns[due], self._destination[due])
-        due = due[np.lexsort(keys)]
-        bounds = np.searchsorted(self._destination[due], [*self._vehicles, len(self._vehicles) + 1])
+        return due[np.lexsort(keys)]
+
+    def _receives(
+        self, due: Ints, vehicles: Sequence[int], cycle: int, time_ns: int
+    ) -> list[Envelope]:
+        """A receive for each of `vehicles`, in order, with its own of the rows that are due."""
+        bounds = np.searchsorted(self._destination[due], [*vehicles, len(self._vehicles) + 1])
         source = self._source[due].astype("<u4").tobytes()
         arrived = self._arrived_ns[due].astype("<i8").tobytes()
         beacons = list(map(self._beacons.__getitem__, self._number[due].tolist()))
         receives = []
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
-        for vehicle, (start, end) in zip(self._vehicles, spans, strict=True):
+        for vehicle, (start, end) in zip(vehicles, spans, strict=True):
             pieces = (
-                _HEAD.encode(cycle, until_ns, vehicle),
+                _HEAD.encode(cycle, time_ns, vehicle),
                 encode_bytes(_SOURCE, source[4 * start : 4 * end]),
                 encode_bytes(_ARRIVED, arrived[8 * start : 8 * end]),
                 *beacons[start:end],
             )
             receives.append(Envelope(RECEIVE, vehicle, b"".join(pieces)))
-        self._forget(due)
         return receives
 
     def _forget(self, landed: Ints) -> None:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from zenvoy.bus.live import LiveBus
 from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
 from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.live import LiveChannel
 from zenvoy.scenarios import Scenario
 
 
 def run_channel(scenario: Scenario, wiring: Wiring) -> None:
-    """Carry frames to the end of the run; raises BusError."""
+    """Carry frames to the end of the run, in real time until asked to end; raises BusError."""
+    if scenario.clock == "realtime":
+        with LiveBus(LiveChannel(scenario), wiring, scenario.speed) as live:
+            live.run()
+        return
     with ZenohBus(ChannelAgent(scenario), wiring) as bus:
         bus.run()

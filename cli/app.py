@@ -67,9 +67,18 @@ def run(
     bus: Annotated[
         Bus, typer.Option(help="A process per vehicle on Zenoh, or all in one.")
     ] = Bus.ZENOH,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="On the wall clock, not as fast as possible.")
+    ] = False,
+    speed: Annotated[
+        float | None, typer.Option(help="In real time: simulated over wall time, 0.1 to 10.")
+    ] = None,
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
-    loaded = _load(scenario, overrides, seed, duration_s)
+    clock = "realtime" if realtime else None
+    loaded = _load(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
+    if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
+        refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
     from zenvoy.cli.execute import execute
 
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -197,10 +206,18 @@ def main() -> None:
 
 
 def _load(
-    scenario: str, overrides: list[str] | None, seed: int | None, duration_s: float | None
+    scenario: str,
+    overrides: list[str] | None,
+    seed: int | None,
+    duration_s: float | None,
+    *,
+    clock: str | None = None,
+    speed: float | None = None,
 ) -> Loaded:
     try:
-        return load(scenario, overrides or (), seed=seed, duration_s=duration_s)
+        return load(
+            scenario, overrides or (), seed=seed, duration_s=duration_s, clock=clock, speed=speed
+        )
     except ScenarioError as error:
         refuse(str(error))
 

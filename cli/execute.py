@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -30,7 +31,8 @@ def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors
     try:
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
             if bus == "zenoh":
-                death = run_on_zenoh(loaded, folder, progress)
+                goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
+                death = run_on_zenoh(loaded, folder, progress, goes_on)
             else:
                 run_in_process(loaded, folder, progress)
     except KeyboardInterrupt:
@@ -40,13 +42,17 @@ def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors
         errors.print(f"the run cannot go on: {error}")
         code = _FAILED
     if death is not None:
-        errors.print(f"{death.name} died: {death.status}")
-        for line in death.tail:
-            errors.print(f"  {line}")
+        _tell_of(death, errors)
         code = _PROCESS_LOST
     _summarize(folder, console, errors)
     console.print(f"in {folder}", highlight=False, soft_wrap=True)
     return code
+
+
+def _tell_of(death: Death, errors: Console, then: str = "") -> None:
+    errors.print(f"{death.name} died: {death.status}{then}")
+    for line in death.tail:
+        errors.print(f"  {line}")
 
 
 def _summarize(folder: Path, console: Console, errors: Console) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.zenoh_bus import Wiring
 from zenvoy.channel.process import run_channel
 from zenvoy.cli.spawn import Program
@@ -53,20 +54,19 @@ def process_table(
         stall_limit_s=scenario.stall_limit_s,
     )
     wiring = Wiring(run=labels.run, vehicles=vehicles, connect=(world, channel))
+    live = scenario.clock == "realtime"
+    row = partial(Program, run=labels.run, prefer=prefer_latency if live else prefer_throughput)
     return [
-        Program(
+        row(
             name="world",
-            run=labels.run,
             main=partial(
                 _tidied, sockets, run_world, scenario, labels, log, world_wiring, on_clock
             ),
             on_orphaned=signal.SIGTERM,  # it ends the log first
         ),
-        Program(
-            name="channel", run=labels.run, main=partial(run_channel, scenario, channel_wiring)
-        ),
+        row(name="channel", main=partial(run_channel, scenario, channel_wiring)),
         *(
-            Program(name=name, run=labels.run, main=partial(run_vehicle, scenario, vehicle, wiring))
+            row(name=name, main=partial(run_vehicle, scenario, vehicle, wiring), essential=not live)
             for vehicle, name in zip(vehicles, names, strict=True)
         ),
     ]

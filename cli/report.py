@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from rich.console import Console
 from rich.table import Table
 
 from zenvoy.analysis.log import Facts
 from zenvoy.channel.technologies import TECHNOLOGIES, Technology
+
+_LATENESS: Final = {
+    "cycle": "cycles",
+    "sense": "senses",
+    "decision": "decisions",
+    "command": "commands (below 0: in time)",
+    "delivery": "deliveries (real - drawn)",
+}
 
 
 def print_summary(console: Console, summary: dict[str, Any]) -> None:
@@ -38,7 +46,25 @@ def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("fallbacks to FM", str(summary["fallbacks"])),
         ("frames", _frames(summary["frames"])),
     ]
-    return lines
+    return lines + _real_time_lines(summary.get("real_time"))
+
+
+def _real_time_lines(told: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """How a run in real time kept to the clock; nothing of one in lock-step."""
+    if told is None:
+        return []
+    lines = []
+    for name, lateness in told["lateness_ms"].items():
+        if lateness is not None:
+            text = "p50 {p50:.2f}, p99 {p99:.2f}, max {max:.2f} ms".format(**lateness)
+            lines.append((f"lateness, {_LATENESS[name]}", text))
+    missed, due = told["frames_that_missed_their_decision"], told["frames_due"]
+    return [
+        *lines,
+        ("commands", f"{told['commands_late']} late, {told['commands_missing']} missing"),
+        ("frames that missed their decision", f"{missed} of {due}"),
+        ("overruns, drift", f"{told['overruns']}, {told['drift_ms']:.2f} ms"),
+    ]
 
 
 def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:

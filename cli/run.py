@@ -85,8 +85,16 @@ def run_in_process(loaded: Loaded, folder: Path, progress: RunProgress) -> None:
             raise
 
 
-def run_on_zenoh(loaded: Loaded, folder: Path, progress: RunProgress) -> Death | None:
-    """Run every participant as a process of its own; the first untimely death, if any."""
+def run_on_zenoh(
+    loaded: Loaded,
+    folder: Path,
+    progress: RunProgress,
+    on_loss: Callable[[Death], None] = lambda _: None,
+) -> Death | None:
+    """Run every participant as a process of its own; the untimely death that ended it, if any.
+
+    In real time the run goes on without a vehicle: its death is told to `on_loss`.
+    """
     read_fd, write_fd = os.pipe()
     # Socket paths are short by law (108 bytes), folders of runs are not.
     sockets = Path(tempfile.mkdtemp(prefix="zenvoy-"))
@@ -100,7 +108,7 @@ def run_on_zenoh(loaded: Loaded, folder: Path, progress: RunProgress) -> Death |
         )
         _rehearse(loaded.scenario)
         with Supervisor(table, folder / "logs") as supervisor:
-            return supervisor.watch(read_fd, progress.feed)
+            return supervisor.watch(read_fd, progress.feed, on_loss)
     finally:
         os.close(read_fd)
         os.close(write_fd)

@@ -31,13 +31,16 @@ _REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 class Program:
     """A row of the process table: a name, what it runs, and how it ends when its parent dies.
 
-    `run` stands beside the name in `ps`.
+    `run` stands beside the name in `ps`; `prefer` is called first, to choose how it is scheduled.
+    Where it is not `essential`, the run goes on without it.
     """
 
     name: str
     run: str
     main: Callable[[], None]
     on_orphaned: signal.Signals = signal.SIGKILL
+    prefer: Callable[[], None] = prefer_throughput
+    essential: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +99,7 @@ def _be_child(program: Program, log: int, parent: int) -> NoReturn:
         os.dup2(log, 1)
         os.dup2(log, 2)
         setproctitle(f"zenvoy {program.name} {program.run}")
-        prefer_throughput()
+        program.prefer()
         program.main()
         code = 0
     except StoppedError:

@@ -59,8 +59,14 @@ class Supervisor:
         self._end_all()
         self._selector.close()
 
-    def watch(self, pipe: int, on_data: Callable[[bytes], None]) -> Death | None:
-        """Pass on what comes down the pipe until the leader ends; the first untimely death."""
+    def watch(
+        self, pipe: int, on_data: Callable[[bytes], None], on_loss: Callable[[Death], None]
+    ) -> Death | None:
+        """Pass on what comes down the pipe until the leader ends.
+
+        The first untimely death ends the watch and is returned, but for those of programs that are
+        not essential: they go to `on_loss`.
+        """
         self._selector.register(pipe, selectors.EVENT_READ)
         leader = next(iter(self._children))
         try:
@@ -74,8 +80,12 @@ class Supervisor:
                         self._selector.unregister(pipe)
                 ended = [(self._children[fd], self._reap(fd)) for fd in ready if fd != pipe]
                 for child, status in ended:
-                    if status != "exit status 0":
-                        return Death(child.program.name, status, _tail(child.log))
+                    if status == "exit status 0":
+                        continue
+                    death = Death(child.program.name, status, _tail(child.log))
+                    if child.program.essential:
+                        return death
+                    on_loss(death)
                 if leader not in self._children:
                     return None
         finally:

@@ -35,6 +35,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_groups(scenario),
         *_times(scenario),
         *_beacons(scenario),
+        *_clock(scenario),
         *_schedule(scenario),
         *channel_that_disagrees(scenario),
         *events_that_disagree(scenario),
@@ -107,6 +108,13 @@ def _beacons(scenario: Scenario) -> Iterator[Problem]:
     if every != 1 and rule != "every-nth":
         text = f"{every} is given, but beacons.rule is {rule}; allowed: 1"
         yield Problem(key="beacons.every", text=text, related=("beacons.rule",))
+
+
+def _clock(scenario: Scenario) -> Iterator[Problem]:
+    """Lock-step is as fast as it can be."""
+    if scenario.clock == "lock-step" and scenario.speed != 1.0:
+        text = f"{trimmed(scenario.speed)} is for clock: realtime; allowed in lock-step: 1"
+        yield Problem(key="speed", text=text, related=("clock",))
 
 
 def _groups(scenario: Scenario) -> Iterator[Problem]:

@@ -33,16 +33,19 @@ def load(
     *,
     seed: int | None = None,
     duration_s: float | None = None,
+    clock: str | None = None,
+    speed: float | None = None,
 ) -> Loaded:
     """The scenario in an existing file, or else the built-in one of that name.
 
-    overrides are `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3); seed and
-    duration_s are put in after them. Raises UnknownScenarioError, UnreadableScenarioError or
-    InvalidScenarioError, each a ScenarioError.
+    overrides are `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3); seed,
+    duration_s, clock and speed are put in after them. Raises UnknownScenarioError,
+    UnreadableScenarioError or InvalidScenarioError, each a ScenarioError.
     """
     origin = located(name_or_path)
     files = chain(origin)
-    root, more = overridden(files.root, overrides, {"seed": seed, "duration_s": duration_s})
+    options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
+    root, more = overridden(files.root, overrides, options)
     root, yet_more = with_tables(root, files.origins)
     scenario = validated(root, [*files.problems, *more, *yet_more])
     return Loaded(name=origin.name, scenario=scenario, text=files.text)

@@ -11,11 +11,11 @@ from zenvoy.scenarios.wording import dotted
 
 
 def overridden(
-    root: Node, settings: Sequence[str], options: Mapping[str, int | float | None]
+    root: Node, settings: Sequence[str], options: Mapping[str, int | float | str | None]
 ) -> tuple[Node, list[Problem]]:
     """`root` with each `key=value` of `settings` put in, then each option that is not None.
 
-    options maps keys of the top level (seed, duration_s) to values. What cannot be put in is left
+    options maps keys of the top level (seed, speed) to values. What cannot be put in is left
     out, and reported.
     """
     problems: list[Problem] = []
@@ -27,7 +27,7 @@ def overridden(
             problems += error.problems
     for rank, (key, value) in enumerate(options.items(), start=len(settings) + 1):
         if value is not None:
-            flag = f"--{key.replace('_', '-')} {value}"
+            flag = f"--{key.replace('_', '-')} {value}" if key != "clock" else f"--{value}"
             root = planted(root, (key,), Node(value, Place(source=flag, rank=rank)))
     return root, problems
 

@@ -166,6 +166,8 @@ class Scenario(Section):
     description: str = ""
     duration_s: Positive = 500.0
     period_ms: Annotated[float, Field(ge=1, le=10_000)] = 100.0
+    clock: Literal["lock-step", "realtime"] = "lock-step"
+    speed: Annotated[float, Field(ge=0.1, le=10)] = 1.0
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     stall_limit_s: Positive = 10.0
     on_collision: Literal["continue", "stop"] = "continue"

@@ -27,7 +27,8 @@ def test_a_sense_is_read_back(
     link: tuple[float, float],
     motion: tuple[float, float, float],
 ) -> None:
-    payload = FlatEncoder(pb.Sense.DESCRIPTOR).encode(cycle, time_ns, vehicle, *link, *motion)
+    encoder = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
+    payload = encoder.encode(cycle, time_ns, vehicle, *link, *motion)
     position, speed, acceleration = motion
     assert pb.Sense.FromString(payload) == pb.Sense(
         cycle=cycle,
@@ -43,7 +44,7 @@ def test_a_sense_is_read_back(
 @given(st.lists(numbers, min_size=17, max_size=17), st.lists(times, min_size=5, max_size=5))
 def test_a_command_is_read_back(values: list[float], instants: list[int]) -> None:
     (a, *ahead), behind, own = values[:7], values[7:13], values[13:16]
-    payload = FlatEncoder(pb.Command.DESCRIPTOR).encode(
+    payload = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing",)).encode(
         3,
         instants[0],
         7,
@@ -84,7 +85,7 @@ def test_a_type_that_is_not_flat_is_refused(descriptor: Descriptor) -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [(), (1, 2, 3), tuple(range(20)), (-1, *range(7)), (2**32, *range(7))]
+    "values", [(), (1, 2, 3), tuple(range(20)), (-1, *range(8)), (2**32, *range(8))]
 )
 def test_numbers_that_do_not_fit_are_refused(values: tuple[int, ...]) -> None:
     with pytest.raises(struct.error):

@@ -18,8 +18,8 @@ from zenvoy.scenarios import (
 Refusal = Callable[..., str]
 
 TOP = (
-    "extends, description, duration_s, period_ms, seed, stall_limit_s, on_collision, road, fleet, "
-    "control, beacons, sensors, estimator, channel, events"
+    "extends, description, duration_s, period_ms, clock, speed, seed, stall_limit_s, on_collision, "
+    "road, fleet, control, beacons, sensors, estimator, channel, events"
 )
 
 
@@ -57,6 +57,9 @@ def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
         ("duration_s: .inf", "duration_s: inf is not in (0, 1e9]  (s.yaml, line 1)"),
         ("duration_s: -.inf", "duration_s: -inf is not in (0, 1e9]  (s.yaml, line 1)"),
         ("duration_s: 0", "duration_s: 0 is not in (0, 1e9]  (s.yaml, line 1)"),
+        ("{clock: realtime, speed: 20}", "speed: 20 is not in [0.1, 10]  (s.yaml, line 1)"),
+        ("speed: 2", "speed: 2 is for clock: realtime; allowed in lock-step: 1  (s.yaml, line 1)"),
+        ("clock: fast", "clock: 'fast' is not one of lock-step, realtime  (s.yaml, line 1)"),
         ("duration_s: 1e10", "duration_s: 10000000000.0 is not in (0, 1e9]  (s.yaml, line 1)"),
         ("period_ms: 0.5", "period_ms: 0.5 is not in [1, 10000]  (s.yaml, line 1)"),
         ("sensors: {error: 1}", "sensors.error: 1 is not in [0, 1)  (s.yaml, line 1)"),

@@ -20,6 +20,7 @@ from zenvoy.bus.topics import (
     LOGGED,
     POSITIONS,
     RADAR,
+    REALTIME,
     RECEIVE,
     SENSE,
     TOPICS,
@@ -62,7 +63,8 @@ def test_there_are_no_others() -> None:
     keyed = {topic for topic in TOPICS if topic.pattern is not None}
     assert keyed == {topic for topic, *_ in ON_THE_BUS}
     assert {topic: topic.logged_as for topic in LOGGED} == dict(IN_THE_LOG)
-    assert set(TOPICS) == keyed | set(LOGGED)
+    assert set(TOPICS) == keyed | set(LOGGED) | {REALTIME}
+    assert REALTIME.logged_as == "/realtime"
     assert len({topic.name for topic in TOPICS}) == len(TOPICS)
 
 
@@ -77,7 +79,7 @@ def test_keys_of_all() -> None:
     assert alive_key("r1") == "zenvoy/r1/alive/*"
 
 
-@pytest.mark.parametrize("topic", [TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, FRAMES, EVENTS])
+@pytest.mark.parametrize("topic", [TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, FRAMES, EVENTS, REALTIME])
 def test_the_truth_does_not_leave_the_world(topic: Topic[Any]) -> None:
     assert topic.reader is None
     assert topic.writer == "world"

@@ -23,8 +23,8 @@ _NO_SPEED: Final = (_NAN, _NAN, _NAN)
 _REST: Final = ("planned_from_ns", "planned_acceleration", "silent")
 _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
-_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours",))
-_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR)
+_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing"))
+_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing",))
 
 
 class VehicleAgent:
@@ -70,6 +70,10 @@ class VehicleAgent:
         self._senses = True
         self._cycle += 1
         return [Envelope(COMMAND, self.vehicle, command)]
+
+    def skip_to(self, cycle: int) -> None:
+        """Go on with the sense of a later cycle, without those that were missed."""
+        self._cycle, self._senses = cycle, True
 
     def _tell(self, sense: pb.Sense) -> bytes:
         """Beacon: the readings, and what the vehicle expects of itself."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.flat import FlatEncoder
+from zenvoy.bus.packed import tag
 from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.world.chronicle import Chronicle
@@ -20,8 +22,9 @@ from zenvoy.world.sensors import Readings, SensorSet
 
 Floats = NDArray[np.float64]
 
-_SENSE: Final = FlatEncoder(pb.Sense.DESCRIPTOR)
-_SENSE_OF_FIRST: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("ahead",))
+_SENSE: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
+_SENSE_OF_FIRST: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("ahead", "wall_start_ns"))
+_WALL_START: Final = tag(pb.Sense.WALL_START_NS_FIELD_NUMBER, 1)
 _FARTHEST: Final = 2  # cycles ahead; more overlaps nothing more and only fills queues
 
 
@@ -50,13 +53,14 @@ class WorldAgent:
         delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
         self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
         self._step = 0
-        self._stopped = False
+        self.stopped = False
+        self.wall_start_ns = 0  # in real time only: when time 0 is, on the wall clock
 
     @property
     def barrier(self) -> Barrier | None:
         """Commands and links of the newest cycle that the step depends on."""
         newest = self._step - 1 - self._lookahead
-        if self._stopped or newest == self._cycles:
+        if self.stopped or newest == self._cycles:
             return None
         now_ns = min(self._step, self._cycles) * self._period_ns
         if newest < 0:
@@ -71,23 +75,36 @@ class WorldAgent:
         self._step += 1
         has_news = cycle > self._lookahead
         commands = inbox.all(COMMAND) if has_news else []
-        past = self._past(commands, inbox.one(LINKS)) if has_news else []
+        past = self.past(commands, inbox.one(LINKS)) if has_news else []
+        self.command(commands)
+        return self.proceed(cycle, now_ns, commands, past)
+
+    def command(self, commands: Sequence[pb.Command]) -> None:
+        """Take in commands, to be applied when they take effect."""
+        self._fleet.command(commands)
+
+    def proceed(
+        self, cycle: int, now_ns: int, commands: Sequence[pb.Command], past: list[Envelope]
+    ) -> list[Envelope]:
+        """Begin `cycle` at `now_ns`, or after the last one log what is left to be told.
+
+        `commands` are those of the cycle that has ended, and `past` is the log's rows about it.
+        """
         collided: list[int] = []
         if cycle > self._cycles:
             return past + self._chronicle.write(now_ns, commands, collided)
-        self._fleet.command(commands)
         collided = self._fleet.advance_to(now_ns)
-        self._stopped = bool(collided) and self._stops_on_collision
+        self.stopped = bool(collided) and self._stops_on_collision
         out, radar = self._begin(cycle, now_ns)
         out += past
         out.append(self._truth(cycle, now_ns))
         out += radar
         out += self._chronicle.write(now_ns, commands, collided)
-        return out + ([self._chronicle.stop(now_ns, "collision")] if self._stopped else [])
+        return out + ([self._chronicle.stop(now_ns, "collision")] if self.stopped else [])
 
     def _begin(self, cycle: int, now_ns: int) -> tuple[list[Envelope], list[Envelope]]:
         """What the others wait for to begin a cycle, and its row of the log; nothing at the end."""
-        if self._stopped or cycle == self._cycles:
+        if self.stopped or cycle == self._cycles:
             return [], []
         position, speed = self._fleet.position, self._fleet.speed
         readings = self._sensors.read(cycle, self._fleet.road.gaps(position), position, speed)
@@ -96,6 +113,8 @@ class WorldAgent:
 
     def _senses(self, cycle: int, now_ns: int, readings: Readings) -> list[Envelope]:
         """Each vehicle's own readings."""
+        start_ns = self.wall_start_ns
+        start = _WALL_START + start_ns.to_bytes(8, "little") if start_ns else b""
         rows = zip(
             self._vehicles,
             readings.gap.tolist(),
@@ -109,19 +128,24 @@ class WorldAgent:
             Envelope(
                 SENSE,
                 vehicle,
-                _SENSE.encode(cycle, now_ns, vehicle, gap, relative_speed, *own)
-                if not math.isnan(gap)
-                else _SENSE_OF_FIRST.encode(cycle, now_ns, vehicle, *own),
+                (
+                    _SENSE.encode(cycle, now_ns, vehicle, gap, relative_speed, *own)
+                    if not math.isnan(gap)
+                    else _SENSE_OF_FIRST.encode(cycle, now_ns, vehicle, *own)
+                )
+                + start,
             )
             for vehicle, gap, relative_speed, *own in rows
         ]
 
     def _positions(self, cycle: int, now_ns: int) -> Envelope:
         position = self._fleet.position.tolist()
-        message = pb.Positions(cycle=cycle, time_ns=now_ns, position=position)
+        message = pb.Positions(
+            cycle=cycle, time_ns=now_ns, position=position, wall_start_ns=self.wall_start_ns
+        )
         return Envelope(POSITIONS, 0, message.SerializeToString())
 
-    def _past(self, commands: list[pb.Command], links: pb.Links) -> list[Envelope]:
+    def past(self, commands: Sequence[pb.Command], links: pb.Links) -> list[Envelope]:
         """Rows of the log about the cycle that has ended."""
         return [
             Envelope(FRAMES, 0, links.frames, links.time_ns),

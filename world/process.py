@@ -8,10 +8,12 @@ from pathlib import Path
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import StoppedError
+from zenvoy.bus.live import LiveBus
 from zenvoy.bus.topics import CLOCK, EVENTS, scenario_key
 from zenvoy.bus.zenoh_bus import Wiring, ZenohBus, answer
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
+from zenvoy.world.live import LiveWorld
 from zenvoy.world.recorder import Labels, Recorder
 
 
@@ -27,7 +29,11 @@ def run_world(
     However it ends, the log at `path` is ended properly and says how.
     """
     with Recorder(path, labels, wall_ns) as recorder:
-        bus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
+        bus: ZenohBus | LiveBus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
+        world = LiveWorld(scenario)
+        if scenario.clock == "realtime":
+            bus = LiveBus(world, wiring, scenario.speed, recorder.log)
+            recorder.overruns = lambda: world.overruns
 
         def tick(clock: pb.Clock) -> None:
             bus.publish(CLOCK, clock.SerializeToString())
@@ -37,14 +43,37 @@ def run_world(
         effective = labels.effective_json.encode()
         try:
             with bus, answer(bus.session, scenario_key(wiring.run), lambda: effective):
-                recorder.start_clock()
                 try:
-                    bus.run()
+                    if isinstance(bus, LiveBus):
+                        _run_live(bus, world, recorder, scenario.period_ns)
+                    else:
+                        recorder.start_clock()
+                        bus.run()
                 except StoppedError:  # while the session is open: it knows who is gone
                     _end(recorder, bus.lost_processes())
                 recorder.close()  # closing the session may wait for a peer that is frozen
         except StoppedError:  # before the first cycle
             _end(recorder, [])
+
+
+def _run_live(bus: LiveBus, world: LiveWorld, recorder: Recorder, period_ns: int) -> None:
+    """Run to the end on the wall clock; processes that go and come back are events."""
+    start_ns = bus.start()
+    world.start(start_ns)
+    recorder.start_clock(start_ns)
+    lost: set[str] = set()
+
+    def notice() -> None:
+        for name, there in bus.comings_and_goings():
+            if there != (name in lost):
+                continue  # one that is there for the first time
+            lost.symmetric_difference_update({name})
+            kind = pb.EVENT_PROCESS_BACK if there else pb.EVENT_PROCESS_LOST
+            now_ns = bus.now_ns
+            event = pb.Event(cycle=now_ns // period_ns, time_ns=now_ns, kind=kind, text=name)
+            recorder.log(EVENTS, now_ns, event.SerializeToString())
+
+    bus.run(notice)
 
 
 def _end(recorder: Recorder, lost: list[str]) -> None:

@@ -18,7 +18,7 @@ from mcap.writer import Writer
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import WallClock
-from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
+from zenvoy.bus.topics import CLOCK, LOGGED, REALTIME, TRUTH, Topic
 
 # Log times are this plus simulation time: 2000-01-01T00:00:00Z. Readers take zero for "unknown".
 EPOCH_NS: Final = 946_684_800 * 1_000_000_000
@@ -43,14 +43,16 @@ class Labels:
 class Recorder:
     """The log of one run. Use as a context; leaving it ends the file properly.
 
-    `on_clock` is told of every cycle's clock message, to publish it and to show progress. Wall
-    time counts from `start_clock`, or else from the first cycle.
+    `on_clock` is told of every cycle's clock message, to publish it and to show progress;
+    `overruns` is asked how many cycles have begun late, so far. Wall time counts from
+    `start_clock`, or else from the first cycle.
     """
 
     def __init__(self, path: Path, labels: Labels, clock: WallClock) -> None:
         self._labels = labels
         self._clock = clock
         self.on_clock: Callable[[pb.Clock], None] = lambda _: None
+        self.overruns: Callable[[], int] = lambda: 0
         self._start_ns = self._flushed_ns = 0
         self._last = pb.Clock()
         self._digest = hashlib.sha256()
@@ -65,13 +67,7 @@ class Recorder:
         self._attach("scenario.yaml", "application/yaml", self._labels.scenario_text)
         self._attach("effective.json", "application/json", self._labels.effective_json)
         for topic in LOGGED:
-            schema = self._writer.register_schema(
-                topic.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, _descriptors()
-            )
-            assert topic.logged_as is not None
-            self._channels[topic] = self._writer.register_channel(
-                topic.logged_as, MessageEncoding.Protobuf, schema
-            )
+            self._register(topic)
         self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
         self.start_clock()
         return self
@@ -99,12 +95,15 @@ class Recorder:
         """Simulation time of the last cycle logged."""
         return int(self._last.time_ns)
 
-    def start_clock(self) -> None:
-        """Count wall time from now."""
-        self._start_ns = self._flushed_ns = self._clock()
+    def start_clock(self, at_ns: int | None = None) -> None:
+        """Count wall time from an instant of the wall clock, or from now."""
+        self._start_ns = self._flushed_ns = self._clock() if at_ns is None else at_ns
 
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         """Write one message under an instant of simulation time."""
+        if topic is REALTIME:  # wall time, as /clock: no part of what is to be the same again
+            self._write(topic, time_ns, payload)
+            return
         self._digest.update(
             topic.name.encode()
             + b"\0"
@@ -137,6 +136,7 @@ class Recorder:
             time_ns=time_ns,
             wall_ns=wall_ns,
             real_time_factor=time_ns / wall_ns if wall_ns else 0.0,
+            overruns=self.overruns(),
         )
         self._write(CLOCK, time_ns, self._last.SerializeToString())
         self.on_clock(self._last)
@@ -144,7 +144,18 @@ class Recorder:
             self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
             self._flushed_ns = now_ns
 
+    def _register(self, topic: Topic[Any]) -> None:
+        schema = self._writer.register_schema(
+            topic.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, _descriptors()
+        )
+        assert topic.logged_as is not None
+        self._channels[topic] = self._writer.register_channel(
+            topic.logged_as, MessageEncoding.Protobuf, schema
+        )
+
     def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        if topic not in self._channels:
+            self._register(topic)
         at_ns = EPOCH_NS + time_ns
         self._writer.add_message(self._channels[topic], at_ns, payload, at_ns)
 

@@ -1,0 +1,163 @@
+"""The Zenoh bus on the wall clock: an agent acts when its time has come, whoever is missing.
+
+Lateness is dealt with in one way everywhere: a message counts for a deadline if it came by then,
+also where the process gets round to it only later.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from queue import Empty, SimpleQueue
+from typing import Any, Final, NamedTuple, Protocol
+
+import zenoh
+
+from zenvoy.bus.agent import Envelope, Log, Participant
+from zenvoy.bus.clock import WallTime, wall_ns
+from zenvoy.bus.errors import PayloadError, StalledError
+from zenvoy.bus.topics import Topic
+from zenvoy.bus.zenoh_bus import Connection, Wiring
+
+_LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
+
+
+class Post(NamedTuple):
+    """A message that has come, and when (ns of simulation time)."""
+
+    topic: Topic[Any]
+    vehicle: int
+    message: Any
+    payload: bytes
+    came_ns: int
+
+
+class LiveAgent(Participant, Protocol):
+    """A participant on the wall clock. It is told of instants as simulation time (ns), by name."""
+
+    @property
+    def due_ns(self) -> int | None:
+        """When it acts next, at once where that has passed; None: not before it hears more."""
+
+    @property
+    def done(self) -> bool:
+        """Whether it has nothing more to do in this run."""
+
+    def hear(self, post: Post) -> bool:
+        """Take a message in; False where it is of no use any more, and refused as stale."""
+
+    def act(self, now_ns: int) -> list[Envelope]:
+        """Do what is due; returns what it sends, in order."""
+
+
+class _Sample(NamedTuple):
+    """What Zenoh has handed over, and when (ns of wall time)."""
+
+    came_ns: int
+    topic: Topic[Any]
+    sample: zenoh.Sample
+
+
+class LiveBus(Connection):
+    """Drives a live agent: it hears all that came by the instant that is due, and then acts."""
+
+    live = True
+
+    def __init__(
+        self, agent: LiveAgent, wiring: Wiring, speed: float, log: Log | None = None
+    ) -> None:
+        super().__init__(agent, wiring, log, Counter())
+        self._agent = agent
+        self._speed = speed
+        self._wall: WallTime | None = None
+        self._came: SimpleQueue[_Sample] = SimpleQueue()
+        self._next: _Sample | None = None
+        self._early: list[Post] = []  # what came before the start was known, by wall time
+
+    def start(self) -> int:
+        """Let time 0 be soon; returns when, in ns of wall time. For the one who sets the time."""
+        self._wall = WallTime(wall_ns() + _LEAD_NS, self._speed)
+        return self._wall.start_ns
+
+    @property
+    def now_ns(self) -> int:
+        """Simulation time; 0 before the start."""
+        return 0 if self._wall is None else self._wall.time_ns(wall_ns())
+
+    def run(self, after_turn: Callable[[], None] = lambda: None) -> None:
+        """Let the agent act until it is done; raises StoppedError or StalledError.
+
+        `after_turn` is called after each message and each thing done.
+        """
+        self._watch.let_be()
+        while not self._agent.done:
+            self.turn()
+            after_turn()
+
+    def turn(self) -> None:
+        """Wait for the next message or instant that is due, whichever is first, and see to it."""
+        agent = self._agent
+        due_ns = agent.due_ns
+        until_ns = None if due_ns is None or self._wall is None else self._wall.wall_ns(due_ns)
+        sample = self._peek(until_ns)
+        if sample is not None and (until_ns is None or sample.came_ns <= until_ns):
+            self._next = None
+            self._hear(sample)
+            return
+        for envelope in agent.act(self.now_ns):
+            self.send(envelope)
+
+    def _peek(self, until_ns: int | None) -> _Sample | None:
+        """What came first, or comes by `until_ns` of wall time; None where nothing has."""
+        if self._next is None:
+            try:
+                self._next = self._watch.wait(lambda: self._take(until_ns))
+            except Empty:
+                return None
+        return self._next
+
+    def _take(self, until_ns: int | None) -> _Sample:
+        """The next of the queue; raises Empty, or StalledError where nobody gives the time."""
+        if until_ns is not None:
+            return self._came.get(timeout=max(0, until_ns - wall_ns()) * 1e-9)
+        limit_s = self._wiring.stall_limit_s
+        for _ in range(2):  # one who was stopped past the limit wakes up with nothing yet to read
+            try:
+                return self._came.get(timeout=limit_s)
+            except Empty:
+                continue
+        raise StalledError(f"nothing has come from the world for {limit_s:g} s")
+
+    def _hear(self, sample: _Sample) -> None:
+        topic = sample.topic
+        admitted = self._admitted(topic, sample.sample)
+        if admitted is None:
+            return
+        vehicle, payload = admitted
+        try:
+            message = topic.decode(payload)
+        except PayloadError:
+            self.rejected["malformed"] += 1
+            return
+        post = Post(topic, vehicle, message, payload, sample.came_ns)
+        if self._wall is not None:
+            self._tell(post, self._wall)
+        elif start_ns := getattr(message, "wall_start_ns", 0):
+            self._wall = WallTime(start_ns, self._speed)
+            for one in (*self._early, post):
+                self._tell(one, self._wall)
+            self._early.clear()
+        else:
+            self._early.append(post)
+
+    def _tell(self, post: Post, wall: WallTime) -> None:
+        if not self._agent.hear(post._replace(came_ns=wall.time_ns(post.came_ns))):
+            self.rejected["stale"] += 1
+
+    def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
+        """Stores what comes with the time, in a thread of Python's: Zenoh's own must not wait."""
+
+        def store(sample: zenoh.Sample) -> None:
+            self._came.put(_Sample(wall_ns(), topic, sample))
+
+        return zenoh.handlers.Callback(store, indirect=True)

@@ -1,0 +1,374 @@
+"""Real time without load is lock-step, bit for bit; with lateness, what is late is what is told."""
+
+from __future__ import annotations
+
+import hashlib
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.virtual_time import Logged, in_lock_step, in_virtual_time
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.live import LiveAgent, Post
+from zenvoy.bus.topics import BEACON, COMMAND, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.channel.live import LiveChannel
+from zenvoy.scenarios import Scenario, load
+from zenvoy.vehicles.live import LiveVehicle
+from zenvoy.world.live import LiveWorld
+
+DATA = (
+    "/fleet/truth",
+    "/fleet/radar",
+    "/fleet/estimate",
+    "/fleet/command",
+    "/v2v/frames",
+    "/events",
+)
+LATE_AND_LOST = """
+duration_s: 6
+fleet: {size: 5}
+control: {model: FM, schedule: [{at_s: 2, model: PBCM}], v2v_wait_ms: 50, system_delay_ms: 70}
+channel: {technology: lte-a-pro, loss: {gilbert_elliott: {p: 0.1, r: 0.3}}}
+events: [{vehicle: 3, at_s: 4, duration_s: 1, deceleration_mps2: 3}]
+"""
+SCENARIOS = {
+    "late and lost frames": LATE_AND_LOST,
+    "deciding on what is at hand": """
+duration_s: 4
+fleet: {size: 4}
+control: {v2v_wait_ms: 0, system_delay_ms: 60}
+channel: {loss: {p: 0.1}}
+""",
+    "out of range of most on the open road": """
+duration_s: 4
+road: {type: open}
+fleet: {size: 5}
+control: {beacon_age_limit_ms: 150}
+channel: {technology: 5g-mmwave, loss: {p: 0.3}}
+""",
+    "many neighbours": """
+duration_s: 3
+fleet: {size: 7, groups: [{name: deaf, vehicles: '2', beacons: false}]}
+control: {model: MBCM, system_delay_ms: 230}
+""",
+}
+
+
+def scenario(folder: Path, text: str) -> Scenario:
+    (folder / "s.yaml").write_text(text)
+    return load(folder / "s.yaml").scenario
+
+
+def of(topic: str, logged: Logged) -> list[tuple[int, bytes]]:
+    return [(time_ns, payload) for name, time_ns, payload in logged if name == topic]
+
+
+@pytest.mark.parametrize("text", SCENARIOS.values(), ids=SCENARIOS.keys())
+def test_without_load_it_is_lock_step_bit_for_bit(tmp_path: Path, text: str) -> None:
+    told = scenario(tmp_path, text)
+    live, stepped = in_virtual_time(told), in_lock_step(told)
+    for topic in DATA:
+        found, expected = of(topic, live), of(topic, stepped)
+        assert [at for at, _ in found] == [at for at, _ in expected], topic
+        assert found == expected, topic
+    assert len(of("/realtime", live)) == told.cycles
+
+
+MS = 1_000_000
+QUIET = """
+duration_s: 4
+fleet: {size: 4}
+control: {model: BCM, v2v_wait_ms: 20, system_delay_ms: 80}
+"""
+
+
+def rows(topic: str, kind: Any, logged: Logged) -> list[Any]:
+    return [kind.FromString(payload) for _, payload in of(topic, logged)]
+
+
+def fates(logged: Logged) -> dict[tuple[int, int, int], tuple[bool, int]]:
+    """Of each frame by source, destination and sequence: whether it is lost, and its latency."""
+    return {
+        (source, destination, sequence): (outcome == pb.OUTCOME_LOST, latency_ns)
+        for frames in rows("/v2v/frames", pb.Frames, logged)
+        for source, destination, sequence, outcome, latency_ns in zip(
+            frames.source,
+            frames.destination,
+            frames.sequence,
+            frames.outcome,
+            frames.latency_ns,
+            strict=True,
+        )
+    }
+
+
+def events(logged: Logged) -> list[tuple[int, int, int]]:
+    found = rows("/events", pb.Event, logged)
+    return [(event.kind, event.vehicle, event.time_ns) for event in found]
+
+
+def test_the_same_frames_are_lost_whatever_comes_late(tmp_path: Path) -> None:
+    told = scenario(tmp_path, LATE_AND_LOST)
+
+    def jitter(envelope: Envelope, now_ns: int) -> int:
+        """Up to 9 ms; past 5 ms a beacon goes on the air after the others of its cycle."""
+        digest = hashlib.sha256(envelope.topic.name.encode() + envelope.payload).digest()
+        return int.from_bytes(digest[:4], "little") % (9 * MS)
+
+    live, stepped = in_virtual_time(told, jitter), in_lock_step(told)
+    assert fates(live) == fates(stepped)
+    assert len(fates(live)) == 60 * 5 * 4
+    lost = [lost for lost, _ in fates(live).values()]
+    assert 0.1 < np.mean(lost) < 0.4
+    told_of = {
+        (source, destination, arrived_ns)
+        for row in rows("/realtime", pb.RealTime, live)
+        for source, destination, arrived_ns in zip(
+            row.source, row.destination, row.arrived_ns, strict=True
+        )
+    }
+    due = {
+        (source, destination, 100 * MS * sequence + latency_ns)
+        for (source, destination, sequence), (lost, latency_ns) in fates(live).items()
+        if not lost and sequence < 58  # those of the end are not waited for
+    }
+    assert due <= told_of
+
+
+def test_a_frame_that_comes_after_its_decision_is_late(tmp_path: Path) -> None:
+    told = scenario(tmp_path, QUIET)  # 10.4 ms on the way, 9.6 ms to spare
+
+    def slow(envelope: Envelope, _: int) -> int:
+        return 12 * MS if (envelope.topic, envelope.vehicle) == (RECEIVE, 1) else MS
+
+    live = in_virtual_time(told, slow)
+    for frames in rows("/v2v/frames", pb.Frames, live)[:-1]:
+        outcome = dict(zip(frames.destination, frames.outcome, strict=True))
+        assert outcome == {1: pb.OUTCOME_LATE, **dict.fromkeys((2, 3, 4), pb.OUTCOME_DELIVERED)}
+    for row in rows("/realtime", pb.RealTime, live)[1:]:
+        late = np.array(row.came_ns) - np.array(row.arrived_ns)
+        to_first = np.array(row.destination) == 1
+        assert set(late[to_first]) == {12 * MS}
+        assert set(late[~to_first]) == {MS}
+        assert list(row.sensed_ns) == [row.time_ns + MS] * 4
+        assert list(row.decided_ns) == [row.time_ns + 20 * MS] * 4
+        assert list(row.commanded_ns) == [row.time_ns + 21 * MS] * 4
+        assert row.deadline_ns == row.time_ns + 100 * MS
+    ages = [row.age_ns[3] for row in rows("/fleet/estimate", pb.FleetEstimate, live)]
+    assert set(ages[1:]) == {0}  # the vehicle behind 4 is 1, which is heard in time
+    ages = [row.age_ns[0] for row in rows("/fleet/estimate", pb.FleetEstimate, live)]
+    assert set(ages[1:]) == {100 * MS}
+
+
+def test_a_late_command_takes_effect_when_it_comes(tmp_path: Path) -> None:
+    brake = "events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 3}]"
+    told = scenario(tmp_path, QUIET + brake)
+
+    def slow(envelope: Envelope, _: int) -> int:
+        return 110 * MS if (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
+
+    live = in_virtual_time(told, slow)
+    for row in rows("/fleet/command", pb.FleetCommand, live):
+        start_ns = row.time_ns - 20 * MS
+        on_time, late = start_ns + 100 * MS, start_ns + 130 * MS
+        assert list(row.effective_ns) == [on_time, late, on_time, on_time]
+    for timing in rows("/realtime", pb.RealTime, live):
+        late_ns = np.array(timing.commanded_ns) - timing.deadline_ns
+        assert list(late_ns > 0) == [False, True, False, False]
+    # What acts over a period is the command of two cycles ago for 30 ms, and then the next one.
+    decided = [row.acceleration[1] for row in rows("/fleet/command", pb.FleetCommand, live)]
+    acted = [row.acceleration[1] for row in rows("/fleet/truth", pb.FleetTruth, live)]
+    expected = [0.3 * a + 0.7 * b for a, b in pairwise(decided)]
+    assert acted[3 : 3 + 30] == pytest.approx(expected[:30], abs=1e-9)
+    assert max(map(abs, expected)) > 0.1
+
+
+def test_a_vehicle_that_falls_silent_keeps_its_acceleration_for_a_while(tmp_path: Path) -> None:
+    brake = "events: [{vehicle: 1, at_s: 0.5, duration_s: 1, deceleration_mps2: 3}]"
+    told = scenario(tmp_path, QUIET + brake)
+
+    def mute(envelope: Envelope, now_ns: int) -> int | None:
+        silent = 1000 * MS <= now_ns < 2500 * MS
+        return None if silent and (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
+
+    live = in_virtual_time(told, mute)
+    # The command of 0.9 s took effect at 1 s; beacons count for 1 s.
+    assert [event for event in events(live) if event[0] > 10] == [
+        (pb.EVENT_SILENT, 2, 2000 * MS),
+        (pb.EVENT_SILENT_END, 2, 2520 * MS),
+    ]
+    truth = rows("/fleet/truth", pb.FleetTruth, live)
+    last = rows("/fleet/command", pb.FleetCommand, live)[9].acceleration[1]
+    acted = [row.acceleration[1] for row in truth]
+    assert last < -0.1
+    assert acted[11:21] == pytest.approx([last] * 10)
+    assert acted[21:26] == [0.0] * 5
+    commands = rows("/fleet/command", pb.FleetCommand, live)
+    assert [np.isnan(row.acceleration[1]) for row in commands] == [
+        10 <= cycle < 25 for cycle in range(40)
+    ]
+    assert {row.effective_ns[1] for row in commands[10:25]} == {-1}
+    missing = [row.commanded_ns[1] == -1 for row in rows("/realtime", pb.RealTime, live)]
+    assert missing == [10 <= cycle < 25 for cycle in range(40)]
+
+
+def test_a_vehicle_that_was_stopped_goes_on_with_the_newest_sense(tmp_path: Path) -> None:
+    told = scenario(tmp_path, QUIET.replace("BCM", "PBCM"))
+    back_ns = 2560 * MS
+    inboxes: list[int] = []
+
+    def stopped(envelope: Envelope, now_ns: int) -> int:
+        """What comes to vehicle 3 from 1 s on waits until it goes on, and comes one by one then."""
+        to_it = envelope.topic.reader == "vehicle" and envelope.vehicle == 3
+        if to_it and 1000 * MS <= now_ns < back_ns:
+            inboxes.append(now_ns)
+            return back_ns - now_ns + len(inboxes) * MS // 10
+        return 0
+
+    live = in_virtual_time(told, stopped)
+    assert len(inboxes) > 20
+    told_by = {sequence for source, _, sequence in fates(live) if source == 3}
+    assert told_by == {*range(10), *range(25, 40)}
+    commands = rows("/fleet/command", pb.FleetCommand, live)
+    decided = [not np.isnan(row.acceleration[2]) for row in commands]
+    assert decided == [cycle in told_by for cycle in range(40)]
+    estimate = rows("/fleet/estimate", pb.FleetEstimate, live)[25]
+    truth = rows("/fleet/truth", pb.FleetTruth, live)[25]
+    assert estimate.speed[2] == pytest.approx(truth.speed[2], abs=3.0)
+    assert estimate.mode[2] == pb.MODE_PBCM
+
+
+def test_cycles_keep_to_absolute_deadlines_and_overruns_are_counted(tmp_path: Path) -> None:
+    world = LiveWorld(scenario(tmp_path, QUIET))
+    for cycle, late_ns in enumerate((0, MS, 2 * MS, 350 * MS, 250 * MS, 150 * MS, 50 * MS, 0)):
+        assert world.due_ns == cycle * 100 * MS
+        world.act(world.due_ns + late_ns)
+    assert world.overruns == 5
+
+
+def test_beacons_that_never_come_hold_nobody_up_for_long(tmp_path: Path) -> None:
+    told = scenario(tmp_path, QUIET)
+
+    def mute(envelope: Envelope, _: int) -> int | None:
+        return None if (envelope.topic, envelope.vehicle) == (BEACON, 4) else 0
+
+    live = in_virtual_time(told, mute)
+    assert {source for source, *_ in fates(live)} == {1, 2, 3}
+    late = [
+        came - arrived
+        for row in rows("/realtime", pb.RealTime, live)
+        for came, arrived in zip(row.came_ns, row.arrived_ns, strict=True)
+    ]
+    assert set(late) == {0}
+    outcomes = {o for row in rows("/v2v/frames", pb.Frames, live) for o in row.outcome}
+    assert outcomes == {pb.OUTCOME_DELIVERED}
+
+
+def post(topic: Topic[Any], vehicle: int, came_ns: int, message: Any) -> Post:
+    return Post(topic, vehicle, message, message.SerializeToString(), came_ns)
+
+
+def sense(cycle: int, came_ns: int) -> Post:
+    message = pb.Sense(cycle=cycle, time_ns=cycle * 100 * MS, vehicle=1, speed=30.0)
+    return post(SENSE, 1, came_ns, message)
+
+
+def receive(source: int, came_ns: int) -> Post:
+    beacon = pb.Beacon(vehicle=source).SerializeToString()
+    message = pb.Receive(vehicle=1, source=[source], arrived_ns=[10 * MS], beacon=[beacon])
+    return post(RECEIVE, 1, came_ns, message)
+
+
+def due(agent: LiveAgent) -> int | None:
+    """When it acts next, asked anew each time."""
+    return agent.due_ns
+
+
+def sources(command: Envelope) -> list[int]:
+    return list(pb.Command.FromString(command.payload).timing.source)
+
+
+def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_path: Path) -> None:
+    vehicle = LiveVehicle(scenario(tmp_path, QUIET), 1)
+    assert due(vehicle) is None
+    for heard in (receive(2, 15 * MS), receive(3, 25 * MS), sense(0, 30 * MS), receive(4, 31 * MS)):
+        assert vehicle.hear(heard)
+    assert not vehicle.hear(sense(0, 32 * MS))
+    assert due(vehicle) == 30 * MS
+    (beacon,) = vehicle.act(33 * MS)
+    assert beacon.topic is BEACON
+    assert due(vehicle) == 20 * MS  # past: the sense was late, and it decides at once
+    (command,) = vehicle.act(34 * MS)
+    assert sources(command) == [2, 3]
+    timing = pb.Command.FromString(command.payload).timing
+    assert (timing.sensed_ns, timing.decided_ns) == (30 * MS, 34 * MS)
+    assert list(timing.came_ns) == [15 * MS, 25 * MS]
+    vehicle.hear(sense(1, 101 * MS))
+    vehicle.act(101 * MS)
+    assert due(vehicle) == 120 * MS
+    (command,) = vehicle.act(120 * MS)
+    assert sources(command) == [4]
+
+
+def test_a_vehicle_that_is_kept_from_its_decision_for_a_cycle_leaves_it(tmp_path: Path) -> None:
+    vehicle = LiveVehicle(scenario(tmp_path, QUIET), 1)
+    vehicle.hear(sense(0, 0))
+    vehicle.act(0)
+    assert vehicle.act(20 * MS + 101 * MS) == []
+    assert due(vehicle) is None
+    vehicle.hear(sense(1, 122 * MS))
+    vehicle.act(122 * MS)
+    (command,) = vehicle.act(122 * MS)
+    assert pb.Command.FromString(command.payload).cycle == 1
+
+
+def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
+    tmp_path: Path,
+) -> None:
+    channel = LiveChannel(scenario(tmp_path, QUIET))
+
+    def hear(topic: Topic[Any], cycle: int, *vehicles: int) -> None:
+        for vehicle in vehicles:
+            told: dict[str, Any] = {"cycle": cycle, "time_ns": cycle * 100 * MS}
+            message = pb.Beacon(**told, vehicle=vehicle, sequence=cycle)
+            if topic is POSITIONS:
+                assert channel.hear(
+                    post(topic, 0, 0, pb.Positions(**told, position=[60, 40, 20, 0]))
+                )
+            else:
+                assert channel.hear(post(topic, vehicle, 0, message))
+
+    def frames() -> set[int]:
+        """Sources of the frames that go on the air now."""
+        (links,) = channel.act(channel.due_ns or 0)
+        return set(pb.Frames.FromString(pb.Links.FromString(links.payload).frames).source)
+
+    hear(BEACON, 0, 1, 2)
+    assert due(channel) is None  # without positions nobody knows who is in range
+    hear(POSITIONS, 0, 0)
+    assert due(channel) == 5 * MS
+    hear(BEACON, 0, 3)
+    assert frames() == {1, 2, 3}
+    assert channel.act(6 * MS) == []  # it prepares what it delivers next
+    assert due(channel) == 10.4 * MS
+    hear(BEACON, 0, 4)  # later than the others
+    assert due(channel) == 0
+    assert frames() == {4}
+    assert channel.act(7 * MS) == []
+    receives = channel.act(10 * MS + 400_000)
+    assert [envelope.vehicle for envelope in receives] == [1, 2, 3, 4]
+    assert [len(pb.Receive.FromString(r.payload).source) for r in receives] == [3, 3, 3, 3]
+    hear(POSITIONS, 1, 0)
+    hear(BEACON, 1, 1, 2, 3)
+    assert due(channel) == 105 * MS
+    assert frames() == {1, 2, 3}
+    while channel.due_ns is not None:
+        channel.act(channel.due_ns)
+    hear(POSITIONS, 2, 0)
+    hear(BEACON, 2, 1, 2, 3)
+    assert due(channel) == 200 * MS  # 4 was not there the last time
+    assert not channel.hear(post(BEACON, 2, 0, pb.Beacon(cycle=2, vehicle=2)))

@@ -1,0 +1,205 @@
+"""A fleet on the wall clock: all of it runs, also without a vehicle, and loses the same frames."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Command, Log, command, read_log, run, wait_until, zenvoy
+from zenvoy.bus import messages_pb2 as pb
+
+SHORT = """
+duration_s: 3
+fleet: {size: 4}
+control: {v2v_wait_ms: 50, system_delay_ms: 60}
+events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
+"""
+BURSTS = """
+duration_s: 4
+clock: realtime
+fleet: {size: 5}
+control: {v2v_wait_ms: 50, system_delay_ms: 70}
+channel: {technology: lte-a-pro, loss: {gilbert_elliott: {p: 0.1, r: 0.3}}}
+"""
+# Far longer than any test waits.
+LONG = """
+duration_s: 100000
+clock: realtime
+fleet: {size: 3}
+control: {beacon_age_limit_ms: 500}
+"""
+NAMES = {"world", "channel", "vehicle-01", "vehicle-02", "vehicle-03"}
+
+
+@contextmanager
+def running(folder: Path, *arguments: str) -> Iterator[Command]:
+    """A long run in real time, in the midst of its cycles; its log is out/run.mcap."""
+    (folder / "long.yaml").write_text(LONG)
+    with command(folder, "run", "long.yaml", "--out", "out", *arguments) as started:
+        started.wait_for_children(NAMES)
+        started.wait_for_cycles(folder / "out" / "run.mcap")
+        yield started
+
+
+def events(folder: Path) -> list[tuple[int, int, str]]:
+    """Kind, vehicle and text of the events of a run so far."""
+    log = read_log(folder / "out" / "run.mcap")
+    found = [pb.Event.FromString(message.data) for message in log.of("/events")]
+    return [(event.kind, event.vehicle, event.text) for event in found]
+
+
+def fates(log: Log) -> dict[tuple[int, int, int], tuple[bool, int]]:
+    """Of each frame by source, destination and sequence: whether it is lost, and its latency."""
+    tables = [pb.Frames.FromString(message.data) for message in log.of("/v2v/frames")]
+    return {
+        (source, destination, sequence): (outcome == pb.OUTCOME_LOST, latency_ns)
+        for table in tables
+        for source, destination, sequence, outcome, latency_ns in zip(
+            table.source,
+            table.destination,
+            table.sequence,
+            table.outcome,
+            table.latency_ns,
+            strict=True,
+        )
+    }
+
+
+@pytest.mark.parametrize("speed", ["1", "2"])
+def test_a_run_completes_on_the_wall_clock(tmp_path: Path, speed: str) -> None:
+    log = run(tmp_path / "run", SHORT, "--realtime", "--speed", speed)
+    assert log.whole
+    assert log.result["end"] == "complete"
+    assert log.result["cycles"] == "30"
+    assert float(log.result["wall_s"]) >= 3.0 / float(speed)  # no cycle began before its time
+    counts = {channel.topic: len(log.of(channel.topic)) for channel in log.channels.values()}
+    per_cycle = ("/fleet/radar", "/fleet/estimate", "/fleet/command", "/v2v/frames", "/realtime")
+    assert {counts[topic] for topic in per_cycle} == {30}
+    assert counts["/fleet/truth"] == counts["/clock"] == 31
+    rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
+    assert [row.time_ns for row in rows] == [cycle * 100_000_000 for cycle in range(30)]
+    assert all(row.began_ns >= row.time_ns for row in rows)
+    assert any(row.came_ns for row in rows)
+    for row in rows:
+        lateness = zip(row.came_ns, row.arrived_ns, strict=True)
+        assert all(came >= drawn for came, drawn in lateness)  # never before its instant
+    kinds = [pb.Event.FromString(message.data).kind for message in log.of("/events")]
+    assert {pb.EVENT_BRAKE, pb.EVENT_BRAKE_END} <= set(kinds)
+    told = json.loads((tmp_path / "run" / "out" / "summary.json").read_text())["real_time"]
+    assert told["speed"] == float(speed)
+    assert told["lateness_ms"]["delivery"]["p50"] >= 0.0
+    assert told["lateness_ms"]["sense"]["max"] >= told["lateness_ms"]["sense"]["p50"] > 0.0
+    assert told["lateness_ms"]["command"]["p50"] >= -110.0 / float(speed)
+
+
+def test_the_same_seed_loses_the_same_frames_as_in_lock_step(tmp_path: Path) -> None:
+    live = fates(run(tmp_path / "live", BURSTS, "--speed", "0.5"))
+    stepped = fates(run(tmp_path / "stepped", BURSTS, "--set", "clock=lock-step"))
+    assert live.items() <= stepped.items()
+    assert len(stepped) == 40 * 5 * 4
+    assert len(live) > len(stepped) / 2  # all, unless a vehicle was kept waiting for a cycle
+    assert 0.1 < sum(lost for lost, _ in live.values()) / len(live) < 0.4
+    assert len({latency_ns for _, latency_ns in live.values()}) > len(live) / 2
+
+
+def test_a_stopped_vehicle_does_not_end_the_run_and_comes_back(tmp_path: Path) -> None:
+    with running(tmp_path) as started:
+        started.send_to_child("vehicle-02", signal.SIGSTOP)
+        wait_until(lambda: (pb.EVENT_SILENT, 2, "") in events(tmp_path), "vehicle 2 is silent")
+        started.send_to_child("vehicle-02", signal.SIGCONT)
+        wait_until(lambda: (pb.EVENT_SILENT_END, 2, "") in events(tmp_path), "it is back")
+        assert set(started.left(0.0)) == NAMES
+        started.send(signal.SIGTERM)
+        outcome = started.wait()
+        assert started.left() == []
+    assert outcome.code == 130
+    assert outcome.err == "interrupted; the log up to here is kept\n"
+    told = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert told["real_time"]["commands_missing"] >= 4  # 0.5 s without any
+    assert told["end"] == "stopped"
+    silent = [vehicle for kind, vehicle, _ in events(tmp_path) if kind == pb.EVENT_SILENT]
+    assert silent.count(2) == 1
+
+
+def test_a_killed_vehicle_does_not_end_the_run(tmp_path: Path) -> None:
+    with running(tmp_path, "--duration-s", "8") as started:
+        started.send_to_child("vehicle-03", signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left() == []
+    assert outcome.code == 0
+    assert outcome.err == "vehicle-03 died: killed by SIGKILL; the run goes on\n"
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert (log.result["end"], log.result["cycles"]) == ("complete", "80")
+    found = events(tmp_path)
+    assert (pb.EVENT_PROCESS_LOST, 0, "vehicle-03") in found
+    assert (pb.EVENT_SILENT, 3, "") in found
+    last = pb.RealTime.FromString(log.of("/realtime")[-1].data)
+    assert list(last.commanded_ns)[2] == -1
+    assert 3 not in last.source
+    assert {1, 2} == set(last.destination)
+
+
+def test_a_killed_channel_ends_the_run(tmp_path: Path) -> None:
+    with running(tmp_path) as started:
+        started.send_to_child("channel", signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    assert outcome.code == 3
+    assert outcome.err == "channel died: killed by SIGKILL\n"
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] == "stopped"
+    # The world hears of it by itself, or is asked to end before that.
+    ends = {(pb.EVENT_PROCESS_LOST, 0, "channel"), (pb.EVENT_STOPPED, 0, "asked to end")}
+    assert ends & set(events(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        lambda started: started.send_to_group(signal.SIGINT),
+        lambda started: started.send(signal.SIGKILL),
+    ],
+    ids=["Ctrl-C", "kill -9 of the command"],
+)
+def test_however_it_ends_the_log_is_whole(tmp_path: Path, end: Callable[[Command], None]) -> None:
+    with running(tmp_path) as started:
+        end(started)
+        outcome = started.wait()
+        assert started.left() == []
+        assert list(Path(started.sockets.name).iterdir()) == []
+    assert outcome.code in {130, -signal.SIGKILL}
+    assert "Traceback" not in outcome.err
+    log = read_log(tmp_path / "out" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] == "stopped"
+    assert events(tmp_path)[-1] == (pb.EVENT_STOPPED, 0, "asked to end")
+    assert all(file.read_text() == "" for file in (tmp_path / "out" / "logs").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (
+            ("--realtime", "--bus", "in-process"),
+            "clock: realtime is for a process per vehicle; allowed: --bus zenoh",
+        ),
+        (("--realtime", "--speed", "11"), "speed: 11.0 is not in [0.1, 10]  (--speed 11.0)"),
+        (("--realtime", "--speed", "0"), "speed: 0.0 is not in [0.1, 10]  (--speed 0.0)"),
+        (
+            ("--speed", "2"),
+            "speed: 2 is for clock: realtime; allowed in lock-step: 1  (--speed 2.0)",
+        ),
+    ],
+)
+def test_what_cannot_be_run_is_refused_in_a_line(
+    tmp_path: Path, arguments: tuple[str, ...], line: str
+) -> None:
+    outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "out", *arguments)
+    assert (outcome.code, outcome.err) == (2, line + "\n")
+    assert not (tmp_path / "out").exists()

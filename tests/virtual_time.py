@@ -1,0 +1,106 @@
+"""Live agents in this process, on a clock that waits for nobody: what real time is without load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from zenvoy.bus.agent import Agent, Envelope
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.bus.live import LiveAgent, Post
+from zenvoy.bus.topics import Topic
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.live import LiveChannel
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.live import LiveVehicle
+from zenvoy.world.agent import WorldAgent
+from zenvoy.world.live import LiveWorld
+
+Logged = list[tuple[str, int, bytes]]
+Delay = Callable[[Envelope, int], int | None]
+"""Ns that a message takes which is sent at an instant (ns); None: it is lost."""
+
+
+class VirtualBus:
+    """Drives agents as LiveBus does, but for the clock: it stands while somebody acts."""
+
+    def __init__(self, agents: Sequence[LiveAgent], delay: Delay = lambda *_: 0) -> None:
+        self._agents = agents  # at the same instant the first acts first
+        self._delay = delay
+        self._on_the_way: list[tuple[int, int, LiveAgent, Envelope]] = []
+        self._sent = 0
+        self.refused = 0
+        self.logged: Logged = []
+
+    def run(self) -> None:
+        """Until the world, the agent of role `world`, is done."""
+        world = next(agent for agent in self._agents if agent.role == "world")
+        now_ns = 0
+        while not world.done:
+            comes_ns = min((entry[:2] for entry in self._on_the_way), default=None)
+            due = [(max(now_ns, agent.due_ns), number) for number, agent in self._waiting()]
+            acts = min(due, default=None)
+            if comes_ns is not None and (acts is None or comes_ns[0] <= acts[0]):
+                now_ns = max(now_ns, comes_ns[0])
+                self._hand_over(comes_ns, now_ns)
+                continue
+            assert acts is not None, "nobody has anything to do"
+            now_ns, number = acts
+            for envelope in self._agents[number].act(now_ns):
+                self._send(envelope, now_ns)
+
+    def _waiting(self) -> list[tuple[int, Any]]:
+        return [
+            (number, agent) for number, agent in enumerate(self._agents) if agent.due_ns is not None
+        ]
+
+    def _send(self, envelope: Envelope, now_ns: int) -> None:
+        topic, vehicle, payload, time_ns = envelope
+        if topic.logged_as is not None:
+            self.logged.append((topic.logged_as, time_ns, payload))
+        for agent in self._agents:
+            if agent.role == topic.reader and agent.vehicle in {0, vehicle}:
+                delay_ns = self._delay(envelope, now_ns)
+                if delay_ns is not None:
+                    self._sent += 1
+                    self._on_the_way.append((now_ns + delay_ns, self._sent, agent, envelope))
+
+    def _hand_over(self, which: tuple[int, int], now_ns: int) -> None:
+        entry = next(entry for entry in self._on_the_way if entry[:2] == which)
+        self._on_the_way.remove(entry)
+        *_, agent, (topic, vehicle, payload, _) = entry
+        post = Post(topic, vehicle, topic.decode(payload), payload, now_ns)
+        self.refused += not agent.hear(post)
+
+
+def live_agents(scenario: Scenario) -> list[LiveAgent]:
+    """Those of a run, in the order in which they act where they act at the same instant."""
+    vehicles = range(1, scenario.fleet.size + 1)
+    return [
+        LiveChannel(scenario),
+        LiveWorld(scenario),
+        *(LiveVehicle(scenario, vehicle) for vehicle in vehicles),
+    ]
+
+
+def in_virtual_time(scenario: Scenario, delay: Delay = lambda *_: 0) -> Logged:
+    """What a run in real time logs where messages take as long as `delay` says."""
+    bus = VirtualBus(live_agents(scenario), delay)
+    bus.run()
+    return bus.logged
+
+
+def in_lock_step(scenario: Scenario) -> Logged:
+    """What a run in lock-step logs."""
+    logged: Logged = []
+
+    def log(topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        assert topic.logged_as is not None
+        logged.append((topic.logged_as, time_ns, payload))
+
+    vehicles = range(1, scenario.fleet.size + 1)
+    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
+    agents += [VehicleAgent(scenario, vehicle) for vehicle in vehicles]
+    InProcessBus(agents, log).run()
+    return logged

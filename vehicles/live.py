@@ -1,0 +1,98 @@
+"""A vehicle on the wall clock: the agent of lock-step, told when to sense and when to decide."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope, Inbox
+from zenvoy.bus.live import Post
+from zenvoy.bus.packed import PackedCodec, encode_bytes
+from zenvoy.bus.topics import RECEIVE, SENSE
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.agent import VehicleAgent
+
+_TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
+_TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
+
+# A sense that is older than a cycle may be the first of many, where the vehicle was stopped.
+_SETTLE_NS: Final = 5_000_000
+
+
+class LiveVehicle:
+    """Tells at once what it senses, and decides at t_k + v2v_wait on what came by then.
+
+    One that was kept from it for longer than a cycle goes on with the newest sense.
+    """
+
+    role = "vehicle"
+    done = False
+
+    def __init__(self, scenario: Scenario, vehicle: int) -> None:
+        self._agent = VehicleAgent(scenario, vehicle)
+        self.name, self.vehicle = self._agent.name, vehicle
+        self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
+        self._settle_ns = round(_SETTLE_NS * scenario.speed)
+        self._cycle = -1  # of the newest sense
+        self._sense: Post | None = None  # one that it has not told of yet
+        self._sensed_ns = 0
+        self._decides_ns: int | None = None  # deadline of the decision on the sense it told of
+        self._heard: list[Post] = []  # receives since the last decision
+
+    @property
+    def due_ns(self) -> int | None:
+        """When to tell of a sense, or else to decide."""
+        if self._sense is None:
+            return self._decides_ns
+        came_ns = self._sense.came_ns
+        is_old = came_ns - self._sense.message.time_ns > self._period_ns
+        return came_ns + self._settle_ns if is_old else came_ns
+
+    def hear(self, post: Post) -> bool:
+        """Keep the newest sense, and what the channel brings."""
+        if post.topic is RECEIVE:
+            self._heard.append(post)
+            return True
+        if post.message.cycle <= self._cycle:
+            return False
+        self._cycle, self._sense = post.message.cycle, post
+        self._decides_ns = None  # what was not decided yet is too late now
+        return True
+
+    def act(self, now_ns: int) -> list[Envelope]:
+        """Beacon or command, whichever is due."""
+        if self._sense is not None:
+            sense, self._sense = self._sense, None
+            self._sensed_ns = sense.came_ns
+            self._decides_ns = sense.message.time_ns + self._wait_ns
+            self._agent.skip_to(self._cycle)
+            return self._agent.step(sense.message.time_ns, Inbox({SENSE: [_mail(sense)]}))
+        deadline_ns, self._decides_ns = self._decides_ns, None
+        assert deadline_ns is not None
+        if now_ns - max(deadline_ns, self._sensed_ns) > self._period_ns:
+            return []  # it was stopped meanwhile: there is a newer sense to go on with
+        return [self._decide(deadline_ns, now_ns)]
+
+    def _decide(self, deadline_ns: int, now_ns: int) -> Envelope:
+        """The command, with a report of how the cycle kept to the clock."""
+        by_ns = max(deadline_ns, self._sensed_ns)
+        heard = [post for post in self._heard if post.came_ns <= by_ns]
+        self._heard = [post for post in self._heard if post.came_ns > by_ns]
+        # Protobuf joins messages that are written one after the other: lists become one list.
+        joined = pb.Receive.FromString(b"".join(post.payload for post in heard))
+        joined.cycle, joined.time_ns, joined.vehicle = self._cycle, deadline_ns, self.vehicle
+        (command,) = self._agent.step(deadline_ns, Inbox({RECEIVE: [(joined, b"")]}))
+        came_ns = [post.came_ns for post in heard for _ in range(len(post.message.source))]
+        timing = _TIMING.encode(
+            sensed_ns=self._sensed_ns,
+            decided_ns=now_ns,
+            source=joined.source[:],
+            arrived_ns=joined.arrived_ns[:],
+            came_ns=came_ns,
+        )
+        told = command.payload + encode_bytes(_TIMING_OF_COMMAND, timing)
+        return command._replace(payload=told)
+
+
+def _mail(post: Post) -> tuple[Any, bytes]:
+    return post.message, post.payload

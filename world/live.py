@@ -1,0 +1,149 @@
+"""The world on the wall clock: the agent of lock-step, with whatever commands have come by then."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.live import Post
+from zenvoy.bus.topics import EVENTS, LINKS
+from zenvoy.scenarios import Scenario
+from zenvoy.world.agent import WorldAgent
+from zenvoy.world.live_rows import (
+    Columns,
+    as_heard,
+    frames_in,
+    joined,
+    links_of,
+    no_command,
+    realtime_row,
+)
+
+_OVERRUN_NS: Final = 1_000_000  # a cycle that begins later than this, of wall time, has overrun
+
+
+class LiveWorld:
+    """Senses at each t_k, whatever has come by then.
+
+    A command takes effect at its time, or on arrival if that is later. A vehicle that sends none
+    keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then rolls.
+    A cycle is told of in the log a cycle after its commands were to take effect.
+    """
+
+    role = "world"
+    name = "world"
+    vehicle = 0
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._world = WorldAgent(scenario)
+        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
+        self._wait_ns = scenario.v2v_wait_ns
+        self._effect_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+        self._hold_ns = scenario.beacon_age_limit_ns
+        self._overrun_ns = round(_OVERRUN_NS * scenario.speed)
+        # Frames count in the decision of their own cycle, or of the next one (docs/decisions.md).
+        self._ahead = 0 if self._wait_ns else 1
+        self._lag = 1 + self._ahead + -(-self._effect_ns // self._period_ns)
+        self._cycle = 0  # the next
+        self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of the newest command of each
+        self._acts_ns = dict.fromkeys(self._vehicles, 0)  # when that took effect
+        self._silent: set[int] = set()
+        self._events: list[pb.Event] = []
+        self._began_ns: dict[int, int] = {}
+        self._commands: dict[int, dict[int, tuple[pb.Command, int]]] = {}  # and when it came
+        self._frames: dict[int, list[Columns]] = {}
+        self.overruns = 0
+
+    def start(self, wall_start_ns: int) -> None:
+        """Say when time 0 is, for the vehicles and the channel to know."""
+        self._world.wall_start_ns = wall_start_ns
+
+    @property
+    def due_ns(self) -> int:
+        """When the next cycle begins."""
+        return self._cycle * self._period_ns
+
+    @property
+    def done(self) -> bool:
+        """Whether everything has been told."""
+        return self._world.stopped or self._cycle - self._lag >= self._cycles
+
+    def hear(self, post: Post) -> bool:
+        """Keep what the channel tells; let a command take effect, in time or at once."""
+        cycle = post.message.cycle
+        told = self._cycle - self._lag
+        if post.topic is LINKS:
+            return told <= cycle < self._cycle and self._keep(cycle, post.message.frames)
+        command: pb.Command = post.message
+        if not self._newest[post.vehicle] < cycle < self._cycle:
+            return False
+        self._newest[post.vehicle] = cycle
+        command.effective_ns = max(command.effective_ns, post.came_ns)
+        self._world.command([command])
+        self._acts_ns[post.vehicle] = command.effective_ns
+        if post.vehicle in self._silent:
+            self._silent.remove(post.vehicle)
+            self._note(pb.EVENT_SILENT_END, post.vehicle, post.came_ns)
+        if cycle >= told:
+            self._commands.setdefault(cycle, {})[post.vehicle] = (command, post.came_ns)
+        return True
+
+    def _keep(self, cycle: int, frames: bytes) -> bool:
+        try:
+            self._frames.setdefault(cycle, []).append(frames_in(frames))
+        except ValueError:
+            return False
+        return True
+
+    def act(self, now_ns: int) -> list[Envelope]:
+        """Begin the next cycle, and tell of one that is over."""
+        cycle, self._cycle = self._cycle, self._cycle + 1
+        start_ns = cycle * self._period_ns
+        self._began_ns[cycle] = now_ns
+        self.overruns += cycle <= self._cycles and now_ns - start_ns > self._overrun_ns
+        self._release(start_ns)
+        told = cycle - self._lag
+        commands = [command for command, _ in self._commands.get(told, {}).values()]
+        past = self._past(told) if told >= 0 else []
+        now_ns = min(start_ns, self._cycles * self._period_ns)
+        events, self._events = self._events, []
+        return [
+            *self._world.proceed(cycle, now_ns, commands, past),
+            *(Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns) for event in events),
+        ]
+
+    def _release(self, until_ns: int) -> None:
+        """Let vehicles roll of which no command has come for too long."""
+        for vehicle, acts_ns in self._acts_ns.items():
+            ends_ns = acts_ns + self._hold_ns
+            if ends_ns <= until_ns and vehicle not in self._silent:
+                self._silent.add(vehicle)
+                self._world.command([pb.Command(vehicle=vehicle, effective_ns=ends_ns)])
+                self._note(pb.EVENT_SILENT, vehicle, ends_ns)
+
+    def _note(self, kind: pb.EventKind.ValueType, vehicle: int, time_ns: int) -> None:
+        cycle = time_ns // self._period_ns
+        self._events.append(pb.Event(cycle=cycle, time_ns=time_ns, kind=kind, vehicle=vehicle))
+
+    def _past(self, cycle: int) -> list[Envelope]:
+        """Rows of the log about a cycle that is over."""
+        start_ns = cycle * self._period_ns
+        frames = joined(self._frames.pop(cycle, []))
+        if cycle + self._ahead < self._cycles:
+            hearers = self._commands.get(cycle + self._ahead, {}).values()
+            frames = as_heard(frames, [command for command, _ in hearers])
+        came = self._commands.pop(cycle, {})
+        nothing = no_command(cycle, start_ns + self._wait_ns)
+        rows = [came.get(vehicle, (nothing, -1)) for vehicle in self._vehicles]
+        commands = [command for command, _ in rows]
+        timing = realtime_row(
+            cycle=cycle,
+            time_ns=start_ns,
+            began_ns=self._began_ns.pop(cycle),
+            deadline_ns=start_ns + self._effect_ns,
+            commands=commands,
+            came_ns=[came_ns for _, came_ns in rows],
+        )
+        return [*self._world.past(commands, links_of(cycle, start_ns, frames)), timing]
