@@ -155,9 +155,9 @@ class LiveBus(Connection):
             self.rejected["stale"] += 1
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
-        """Stores what comes with the time, in a thread of Python's: Zenoh's own must not wait."""
+        """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
 
         def store(sample: zenoh.Sample) -> None:
             self._came.put(_Sample(wall_ns(), topic, sample))
 
-        return zenoh.handlers.Callback(store, indirect=True)
+        return zenoh.handlers.Callback(store, indirect=False)

@@ -60,6 +60,11 @@ class ChannelAgent:
             return links
         return self.air.deliver(delivery, delivery * self._period_ns + self._wait_ns) + links
 
+    @property
+    def least_latency_ns(self) -> int:
+        """No frame arrives earlier than this after it was sent."""
+        return self._transmission.least_latency_ns
+
     def transmit(self, inbox: Inbox) -> Envelope:
         """Put the frames of the beacons in `inbox` on the air; returns what becomes of them."""
         positions = inbox.one(POSITIONS)

@@ -61,6 +61,11 @@ class Conditions:
             model.draws for model in self._latencies.values()
         )
 
+    @property
+    def least_latency_ns(self) -> int:
+        """The least that any of the latencies allows, without the time on the air."""
+        return min(model.least_ns for model in self._latencies.values())
+
     def of(self, rows: Rows, scene: Scene) -> Way:
         """Of the frames of a cycle."""
         count = len(rows.source)

@@ -45,6 +45,7 @@ class LatencyModel:
     ) -> None:
         self._delays = delays(latency, technology_ms)
         self._offsets = SenderOffsets(latency.sender_offset, seed, size, number)
+        self.least_ns = int(self._delays(np.zeros(1))[0])  # quantile functions never fall
         self.ordered = not latency.reorder
         self.draws = latency.distribution != "fixed" and (
             latency.distribution != "technology" or technology_ms[0] < technology_ms[1]

@@ -13,6 +13,8 @@ from zenvoy.scenarios import Scenario
 
 # All in ns of wall time.
 _GUARD_NS: Final = 5_000_000  # after t_k, the beacons that are there go on the air without the rest
+_PREPARE_NS: Final = 3_000_000  # from putting frames on the air to being able to deliver the first
+_GATHER_NS: Final = 2_000_000  # beacons that come later than the others wait for one another
 _WINDOW_NS: Final = 1_000_000  # frames to one vehicle that are due within it come together
 _KEPT: Final = 5  # cycles for which positions are kept, for beacons that are late
 
@@ -20,7 +22,10 @@ _Mail = tuple[Any, bytes]
 
 
 class LiveChannel:
-    """Puts a cycle's frames on the air once the beacons are in, or at the latest at the guard time.
+    """Puts frames on the air once a cycle's beacons are in, or at the guard time at the latest.
+
+    That is as late as it can be for the first frame to come at its instant: beacons that miss it
+    cost a message more to everyone in range.
 
     What becomes of a frame is drawn as in lock-step, by seed, link and sequence number. It is
     delivered at its own instant, or up to a millisecond later together with others to the same
@@ -36,10 +41,15 @@ class LiveChannel:
         self._agent = ChannelAgent(scenario)
         self._vehicles = range(1, scenario.fleet.size + 1)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
-        self._guard_ns = round(_GUARD_NS * scenario.speed)
+        self._guard_ns = max(
+            round(_GUARD_NS * scenario.speed),
+            self._agent.least_latency_ns - round(_PREPARE_NS * scenario.speed),
+        )
+        self._gather_ns = round(_GATHER_NS * scenario.speed)
         self._window_ns = round(_WINDOW_NS * scenario.speed)
         self._positions: dict[int, _Mail] = {}  # by cycle, the newest ones
         self._waiting: dict[int, dict[int, _Mail]] = {}  # beacons by cycle and vehicle
+        self._since_ns: dict[int, int] = {}  # when the first of those came, by cycle
         self._told = dict.fromkeys(self._vehicles, -1)  # cycle of the newest beacon of each
         self._cycle = -1  # the newest whose frames went on the air, and who had sent one by then
         self._present = set(self._vehicles)
@@ -58,7 +68,7 @@ class LiveChannel:
         cycle, mail = post.message.cycle, (post.message, post.payload)
         if post.topic is POSITIONS:
             self._positions[cycle] = mail
-            for of_cycle in (self._positions, self._waiting):
+            for of_cycle in (self._positions, self._waiting, self._since_ns):
                 for old in [kept for kept in of_cycle if kept <= cycle - _KEPT]:
                     del of_cycle[old]
             return True
@@ -67,6 +77,7 @@ class LiveChannel:
             return False
         self._told[post.vehicle] = cycle
         self._waiting.setdefault(cycle, {})[post.vehicle] = mail
+        self._since_ns.setdefault(cycle, post.came_ns)
         return True
 
     def act(self, now_ns: int) -> list[Envelope]:
@@ -93,18 +104,18 @@ class LiveChannel:
 
     def _transmissions(self) -> dict[int, int]:
         """When the frames of each cycle whose beacons are waiting go on the air, at the latest."""
-        return {
-            cycle: cycle * self._period_ns + (0 if self._is_complete(cycle) else self._guard_ns)
-            for cycle in self._waiting
-            if cycle in self._positions
-        }
+        return {cycle: self._airs_ns(cycle) for cycle in self._waiting if cycle in self._positions}
 
-    def _is_complete(self, cycle: int) -> bool:
-        """Whether there is nobody to wait for: who was missed in the cycle before may be gone."""
-        return cycle <= self._cycle or self._present <= self._waiting[cycle].keys()
+    def _airs_ns(self, cycle: int) -> int:
+        """At once where nobody is waited for: who was missed in the last cycle may be gone."""
+        if cycle <= self._cycle:  # the others are on the air
+            return self._since_ns[cycle] + self._gather_ns
+        is_complete = self._present <= self._waiting[cycle].keys()
+        return cycle * self._period_ns + (0 if is_complete else self._guard_ns)
 
     def _transmit(self, cycle: int) -> Envelope:
         beacons = self._waiting.pop(cycle)
+        del self._since_ns[cycle]
         if cycle > self._cycle:
             self._cycle, self._present = cycle, set(beacons)
         elif cycle == self._cycle:

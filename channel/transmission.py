@@ -59,6 +59,11 @@ class Transmission:
         # From sending to the delivery that comes first after it.
         self._in_time_ns = wait_ns if wait_ns else scenario.period_ns
 
+    @property
+    def least_latency_ns(self) -> int:
+        """No frame arrives earlier than this after it was sent."""
+        return self._conditions.least_latency_ns + self._medium.frame_time_ns
+
     def of(self, speaks: Bools, sequence: Ints, scene: Scene) -> Transmitted:
         """Send a frame of each vehicle that `speaks`, (n,), numbered `sequence`, (n,)."""
         reach = pairs(scene.position, self._medium.technology.range_m, scene.ring_length_m)

@@ -102,6 +102,8 @@ def test_a_later_draw_is_a_later_frame(latency: Latency, parts: list[int]) -> No
     assert found.min() >= round((latency.min_ms or 0.0) * NS_PER_MS)
     if latency.max_ms is not None:
         assert found.max() <= round(latency.max_ms * NS_PER_MS)
+    least_ns = LatencyModel(latency, TABLE_MS, seed=1, size=2).least_ns
+    assert delays(latency, TABLE_MS)(np.zeros(1)) == least_ns <= found.min()
 
 
 # Offsets that senders hold.

@@ -244,10 +244,16 @@ def test_a_vehicle_that_was_stopped_goes_on_with_the_newest_sense(tmp_path: Path
 
 def test_cycles_keep_to_absolute_deadlines_and_overruns_are_counted(tmp_path: Path) -> None:
     world = LiveWorld(scenario(tmp_path, QUIET))
+    told = []
     for cycle, late_ns in enumerate((0, MS, 2 * MS, 350 * MS, 250 * MS, 150 * MS, 50 * MS, 0)):
+        if world.due_ns < cycle * 100 * MS:  # late in a cycle: one that is over is told of
+            assert world.due_ns == (cycle - 1) * 100 * MS + 75 * MS
+            told += [envelope.topic.logged_as for envelope in world.act(world.due_ns)]
         assert world.due_ns == cycle * 100 * MS
         world.act(world.due_ns + late_ns)
     assert world.overruns == 5
+    assert told[:4] == ["/v2v/frames", "/fleet/estimate", "/fleet/command", "/realtime"]
+    assert len(told) == 5 * 4  # cycles 0 to 4, each after its commands were to take effect
 
 
 def test_beacons_that_never_come_hold_nobody_up_for_long(tmp_path: Path) -> None:
@@ -331,16 +337,16 @@ def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
 ) -> None:
     channel = LiveChannel(scenario(tmp_path, QUIET))
 
-    def hear(topic: Topic[Any], cycle: int, *vehicles: int) -> None:
+    def hear(topic: Topic[Any], cycle: int, *vehicles: int, came_ns: int = 0) -> None:
         for vehicle in vehicles:
             told: dict[str, Any] = {"cycle": cycle, "time_ns": cycle * 100 * MS}
             message = pb.Beacon(**told, vehicle=vehicle, sequence=cycle)
             if topic is POSITIONS:
                 assert channel.hear(
-                    post(topic, 0, 0, pb.Positions(**told, position=[60, 40, 20, 0]))
+                    post(topic, 0, came_ns, pb.Positions(**told, position=[60, 40, 20, 0]))
                 )
             else:
-                assert channel.hear(post(topic, vehicle, 0, message))
+                assert channel.hear(post(topic, vehicle, came_ns, message))
 
     def frames() -> set[int]:
         """Sources of the frames that go on the air now."""
@@ -350,21 +356,21 @@ def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
     hear(BEACON, 0, 1, 2)
     assert due(channel) is None  # without positions nobody knows who is in range
     hear(POSITIONS, 0, 0)
-    assert due(channel) == 5 * MS
+    assert due(channel) == 7.4 * MS  # 3 ms before the first frame arrives
     hear(BEACON, 0, 3)
     assert frames() == {1, 2, 3}
-    assert channel.act(6 * MS) == []  # it prepares what it delivers next
+    assert channel.act(8 * MS) == []  # it prepares what it delivers next
     assert due(channel) == 10.4 * MS
-    hear(BEACON, 0, 4)  # later than the others
-    assert due(channel) == 0
+    hear(BEACON, 0, 4, came_ns=7 * MS)  # later than the others
+    assert due(channel) == 9 * MS  # others that are late have a chance to come with it
     assert frames() == {4}
-    assert channel.act(7 * MS) == []
+    assert channel.act(9 * MS) == []
     receives = channel.act(10 * MS + 400_000)
     assert [envelope.vehicle for envelope in receives] == [1, 2, 3, 4]
     assert [len(pb.Receive.FromString(r.payload).source) for r in receives] == [3, 3, 3, 3]
     hear(POSITIONS, 1, 0)
     hear(BEACON, 1, 1, 2, 3)
-    assert due(channel) == 105 * MS
+    assert due(channel) == 107.4 * MS
     assert frames() == {1, 2, 3}
     while channel.due_ns is not None:
         channel.act(channel.due_ns)

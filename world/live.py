@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -23,12 +24,28 @@ from zenvoy.world.live_rows import (
 _OVERRUN_NS: Final = 1_000_000  # a cycle that begins later than this, of wall time, has overrun
 
 
+_Came = tuple[pb.Command, int]
+"""A command, and when it came (ns)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Over:
+    """What came of a cycle. hearers: commands that its frames were to count in; None: none will."""
+
+    cycle: int
+    began_ns: int
+    frames: list[Columns]
+    commands: dict[int, _Came]  # by vehicle
+    hearers: list[pb.Command] | None
+
+
 class LiveWorld:
     """Senses at each t_k, whatever has come by then.
 
     A command takes effect at its time, or on arrival if that is later. A vehicle that sends none
     keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then rolls.
-    A cycle is told of in the log a cycle after its commands were to take effect.
+    A cycle is told of in the log a cycle after its commands were to take effect, and late in that
+    one: while the others have nothing to wait for.
     """
 
     role = "world"
@@ -45,6 +62,7 @@ class LiveWorld:
         self._overrun_ns = round(_OVERRUN_NS * scenario.speed)
         # Frames count in the decision of their own cycle, or of the next one (docs/decisions.md).
         self._ahead = 0 if self._wait_ns else 1
+        self._quiet_ns = 3 * self._period_ns // 4
         self._lag = 1 + self._ahead + -(-self._effect_ns // self._period_ns)
         self._cycle = 0  # the next
         self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of the newest command of each
@@ -52,8 +70,9 @@ class LiveWorld:
         self._silent: set[int] = set()
         self._events: list[pb.Event] = []
         self._began_ns: dict[int, int] = {}
-        self._commands: dict[int, dict[int, tuple[pb.Command, int]]] = {}  # and when it came
+        self._commands: dict[int, dict[int, _Came]] = {}  # by cycle and vehicle
         self._frames: dict[int, list[Columns]] = {}
+        self._over: _Over | None = None  # what is to be told next
         self.overruns = 0
 
     def start(self, wall_start_ns: int) -> None:
@@ -62,13 +81,16 @@ class LiveWorld:
 
     @property
     def due_ns(self) -> int:
-        """When the next cycle begins."""
+        """When to tell of a cycle that is over, or else when the next one begins."""
+        if self._over is not None:
+            return (self._cycle - 1) * self._period_ns + self._quiet_ns
         return self._cycle * self._period_ns
 
     @property
     def done(self) -> bool:
         """Whether everything has been told."""
-        return self._world.stopped or self._cycle - self._lag >= self._cycles
+        ended = self._world.stopped or self._cycle - self._lag >= self._cycles
+        return ended and self._over is None
 
     def hear(self, post: Post) -> bool:
         """Keep what the channel tells; let a command take effect, in time or at once."""
@@ -98,19 +120,22 @@ class LiveWorld:
         return True
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Begin the next cycle, and tell of one that is over."""
+        """Tell of a cycle that is over, or begin the next one."""
+        if self._over is not None:
+            over, self._over = self._over, None
+            return self._past(over)
         cycle, self._cycle = self._cycle, self._cycle + 1
         start_ns = cycle * self._period_ns
         self._began_ns[cycle] = now_ns
         self.overruns += cycle <= self._cycles and now_ns - start_ns > self._overrun_ns
         self._release(start_ns)
-        told = cycle - self._lag
-        commands = [command for command, _ in self._commands.get(told, {}).values()]
-        past = self._past(told) if told >= 0 else []
+        if cycle >= self._lag:
+            self._over = self._end(cycle - self._lag)
+        commands = self._over.commands if self._over is not None else {}
         now_ns = min(start_ns, self._cycles * self._period_ns)
         events, self._events = self._events, []
         return [
-            *self._world.proceed(cycle, now_ns, commands, past),
+            *self._world.proceed(cycle, now_ns, [command for command, _ in commands.values()], []),
             *(Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns) for event in events),
         ]
 
@@ -127,21 +152,32 @@ class LiveWorld:
         cycle = time_ns // self._period_ns
         self._events.append(pb.Event(cycle=cycle, time_ns=time_ns, kind=kind, vehicle=vehicle))
 
-    def _past(self, cycle: int) -> list[Envelope]:
-        """Rows of the log about a cycle that is over."""
-        start_ns = cycle * self._period_ns
-        frames = joined(self._frames.pop(cycle, []))
+    def _end(self, cycle: int) -> _Over:
+        """What is known of a cycle that is over."""
+        hearers = None
         if cycle + self._ahead < self._cycles:
-            hearers = self._commands.get(cycle + self._ahead, {}).values()
-            frames = as_heard(frames, [command for command, _ in hearers])
-        came = self._commands.pop(cycle, {})
+            hearers = self._commands.get(cycle + self._ahead, {})
+        return _Over(
+            cycle=cycle,
+            began_ns=self._began_ns.pop(cycle),
+            frames=self._frames.pop(cycle, []),
+            commands=self._commands.pop(cycle, {}),
+            hearers=None if hearers is None else [command for command, _ in hearers.values()],
+        )
+
+    def _past(self, over: _Over) -> list[Envelope]:
+        """Rows of the log about a cycle that is over."""
+        cycle, start_ns = over.cycle, over.cycle * self._period_ns
+        frames = joined(over.frames)
+        if over.hearers is not None:
+            frames = as_heard(frames, over.hearers)
         nothing = no_command(cycle, start_ns + self._wait_ns)
-        rows = [came.get(vehicle, (nothing, -1)) for vehicle in self._vehicles]
+        rows = [over.commands.get(vehicle, (nothing, -1)) for vehicle in self._vehicles]
         commands = [command for command, _ in rows]
         timing = realtime_row(
             cycle=cycle,
             time_ns=start_ns,
-            began_ns=self._began_ns.pop(cycle),
+            began_ns=over.began_ns,
             deadline_ns=start_ns + self._effect_ns,
             commands=commands,
             came_ns=[came_ns for _, came_ns in rows],
