@@ -6,7 +6,7 @@ also where the process gets round to it only later.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any, Final, NamedTuple, Protocol
@@ -34,6 +34,9 @@ class Post(NamedTuple):
 
 class LiveAgent(Participant, Protocol):
     """A participant on the wall clock. It is told of instants as simulation time (ns), by name."""
+
+    quiet: frozenset[Topic[Any]]
+    """Streams of which it need not hear before it acts: nobody is woken for each message."""
 
     @property
     def due_ns(self) -> int | None:
@@ -71,6 +74,7 @@ class LiveBus(Connection):
         self._speed = speed
         self._wall: WallTime | None = None
         self._came: SimpleQueue[_Sample] = SimpleQueue()
+        self._quiet: deque[_Sample] = deque()
         self._next: _Sample | None = None
         self._early: list[Post] = []  # what came before the start was known, by wall time
 
@@ -113,7 +117,9 @@ class LiveBus(Connection):
             try:
                 self._next = self._watch.wait(lambda: self._take(until_ns))
             except Empty:
-                return None
+                if not self._quiet:
+                    return None
+                self._next = self._quiet.popleft()
         return self._next
 
     def _take(self, until_ns: int | None) -> _Sample:
@@ -156,8 +162,9 @@ class LiveBus(Connection):
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
+        keep = self._quiet.append if topic in self._agent.quiet else self._came.put
 
         def store(sample: zenoh.Sample) -> None:
-            self._came.put(_Sample(wall_ns(), topic, sample))
+            keep(_Sample(wall_ns(), topic, sample))
 
         return zenoh.handlers.Callback(store, indirect=False)

@@ -7,7 +7,7 @@ from typing import Any, Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Inbox
 from zenvoy.bus.live import Post
-from zenvoy.bus.topics import BEACON, POSITIONS
+from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.scenarios import Scenario
 
@@ -36,6 +36,7 @@ class LiveChannel:
     name = "channel"
     vehicle = 0
     done = False
+    quiet: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:
         self._agent = ChannelAgent(scenario)

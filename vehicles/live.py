@@ -27,6 +27,7 @@ class LiveVehicle:
 
     role = "vehicle"
     done = False
+    quiet = frozenset({RECEIVE})
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
         self._agent = VehicleAgent(scenario, vehicle)

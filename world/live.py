@@ -8,7 +8,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.live import Post
-from zenvoy.bus.topics import EVENTS, LINKS
+from zenvoy.bus.topics import COMMAND, EVENTS, LINKS
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live_rows import (
@@ -51,6 +51,7 @@ class LiveWorld:
     role = "world"
     name = "world"
     vehicle = 0
+    quiet = frozenset({COMMAND, LINKS})
 
     def __init__(self, scenario: Scenario) -> None:
         self._world = WorldAgent(scenario)

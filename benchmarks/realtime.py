@@ -1,0 +1,121 @@
+"""How fleets of several sizes keep to the wall clock, judged from their logs.
+
+`python -m benchmarks.realtime [--duration-s 120] [SIZE …]` prints a table of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+from rich.table import Table
+
+from zenvoy.analysis.load import load
+from zenvoy.analysis.punctuality import Punctuality, missed_decisions, punctuality, quantiles
+
+SIZES: Final = (10, 20, 40, 100, 200)
+# Case 15 as it is: everyone is in range of everyone up to 53 vehicles, and decides 0.6 ms after
+# the frames of the cycle are due.
+SCENARIO: Final = "paper/case-15"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kept:
+    """How one run kept to the clock. cores: CPU time of all its processes over wall time."""
+
+    punctuality: Punctuality
+    missed: int
+    due: int
+    cores: float
+
+
+def keep(
+    vehicles: int, duration_s: float, settings: tuple[str, ...] = (), scenario: str = SCENARIO
+) -> Kept:
+    """Run a fleet of this size in real time."""
+    with tempfile.TemporaryDirectory(prefix="zenvoy-realtime-") as folder:
+        out = Path(folder, "run")
+        command = [sys.executable, "-m", "zenvoy.cli.app", "run", scenario, "--realtime"]
+        for setting in (f"fleet.size={vehicles}", *settings):
+            command += ["--set", setting]
+        before = _cpu_s()
+        subprocess.run(
+            [*command, "--duration-s", f"{duration_s}", "--out", str(out)],
+            check=True,
+            capture_output=True,
+        )
+        spent_s = _cpu_s() - before
+        run = load(out / "run.mcap")
+        found = punctuality(run)
+        if found is None:
+            raise RuntimeError(f"{vehicles} vehicles: no cycle tells of how it kept to the clock")
+        missed, due = missed_decisions(run)
+    return Kept(punctuality=found, missed=missed, due=due, cores=spent_s / duration_s)
+
+
+@cache
+def delivery_p99_ms(vehicles: int, duration_s: float = 20.0) -> float:
+    """By how much deliveries were later than drawn, ms: 99th percentile."""
+    told = quantiles(keep(vehicles, duration_s).punctuality.delivery)
+    return float("nan") if told is None else told.p99
+
+
+def _cpu_s() -> float:
+    """CPU time of all children that have ended, and of theirs."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _row(kept: Kept) -> list[str]:
+    found = kept.punctuality
+    cells = []
+    for lateness in (found.cycle, found.sense, found.delivery, found.command):
+        told = quantiles(lateness)
+        cells.append("-" if told is None else f"{told.p50:.2f} / {told.p99:.2f} / {told.max:.1f}")
+    return [
+        *cells,
+        f"{found.commands_late} + {found.commands_missing}",
+        f"{100 * kept.missed / max(1, kept.due):.1f} %",
+        str(found.overruns),
+        f"{found.drift_ms:+.2f}",
+        f"{kept.cores:.2f}",
+    ]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sizes", nargs="*", type=int, default=SIZES, help="vehicles")
+    parser.add_argument("--duration-s", type=float, default=120.0)
+    parser.add_argument("--scenario", default=SCENARIO)
+    parser.add_argument("--set", action="append", default=[], dest="settings")
+    told = parser.parse_args()
+    table = Table(
+        "vehicles",
+        "cycle",
+        "sense",
+        "delivery",
+        "command",
+        "late + missing",
+        "missed",
+        "overruns",
+        "drift",
+        "cores",
+        title="Lateness, ms: median / 99th percentile / most",
+    )
+    for vehicles in told.sizes:
+        kept = keep(vehicles, told.duration_s, tuple(told.settings), told.scenario)
+        table.add_row(str(vehicles), *_row(kept))
+    Console(width=160).print(table)
+
+
+if __name__ == "__main__":
+    main()
