@@ -73,6 +73,9 @@ class LinkState:
     def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
         """Mean of each period up to `time_ns`, m/s²."""
         front, rear, period_ns = self._front.mean, self._rear.mean, self._period_ns
+        if periods == 1:  # nearly always
+            start_ns = time_ns - period_ns
+            return [front(start_ns, time_ns) - rear(start_ns, time_ns)]
         return [
             front(start_ns, start_ns + period_ns) - rear(start_ns, start_ns + period_ns)
             for start_ns in range(time_ns - periods * period_ns, time_ns, period_ns)
