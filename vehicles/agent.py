@@ -51,6 +51,8 @@ class VehicleAgent:
         self._known = Knowledge(scenario, self._neighbours, self._estimates)
         self._cycle = 0
         self._senses = True
+        self._needs_sense = ((SENSE, (vehicle,)),)
+        self._needs_receive = ((RECEIVE, (vehicle,)),)
 
     @property
     def barrier(self) -> Barrier | None:
@@ -59,8 +61,8 @@ class VehicleAgent:
             return None
         start_ns = self._cycle * self._period_ns
         if self._senses:
-            return Barrier(start_ns, self._cycle, ((SENSE, (self.vehicle,)),))
-        return Barrier(start_ns + self._wait_ns, self._cycle, ((RECEIVE, (self.vehicle,)),))
+            return Barrier(start_ns, self._cycle, self._needs_sense)
+        return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Beacon on a sense, command on a receive."""

@@ -109,8 +109,9 @@ class SpeedState:
         period_ns = self._period_ns
         if (time_ns - self._measured_ns) // period_ns > _GIVE_UP_PERIODS:
             self._filter.reset()
+        mean, started = self._own.mean, self._filter.x
         starts = range(self._measured_ns, time_ns, period_ns)
-        inputs = [self._own.mean(start_ns, start_ns + period_ns) for start_ns in starts]
-        about = self._filter.x[0] if self._filter.x else reading
+        inputs = [mean(start_ns, start_ns + period_ns) for start_ns in starts]
+        about = started[0] if started else reading
         self._filter.step(inputs, (reading,), (self._error.variance(about),))
         self._measured_ns = time_ns
