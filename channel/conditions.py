@@ -110,8 +110,11 @@ class Conditions:
 
 def _portions(
     numbers: list[int], covered: dict[int, Bools], rows: int
-) -> Iterator[tuple[int, Bools]]:
+) -> Iterator[tuple[int, Bools | slice]]:
     """The rows of each section, by its number; sections without rows are left out."""
+    if rows and not covered:  # as a rule: no copies for what applies to all
+        yield 0, slice(None)
+        return
     owner = np.zeros(rows, dtype=np.int64)
     for number in numbers:
         if number in covered:

@@ -31,8 +31,9 @@ class Air:
 
     def __init__(self, size: int) -> None:
         self._vehicles = range(1, size + 1)
+        # Encoded beacons by running number of the frame, from the oldest that is still in flight.
+        self._beacons = np.zeros(0, dtype=np.object_)
         self._first_number = 0
-        self._beacons: dict[int, bytes] = {}  # by running number of the frame
         # A row per frame and receiver: number and source of the frame, destination, arrival (ns).
         self._number, self._source, self._destination, self._arrived_ns = (
             np.zeros(0, dtype=np.int64) for _ in range(4)
@@ -46,10 +47,10 @@ class Air:
         The other arrays have a row per frame and receiver: indices from 0 of both, and when it
         arrives, ns; -1: never.
         """
-        first = self._first_number
-        self._first_number += len(payloads)
-        for number, payload in enumerate(payloads, first):
-            self._beacons[number] = encode_bytes(_BEACON, payload)
+        first = self._first_number + len(self._beacons)
+        encoded = np.empty(len(payloads), dtype=np.object_)
+        encoded[:] = [encode_bytes(_BEACON, payload) for payload in payloads]
+        self._beacons = np.concatenate([self._beacons, encoded])
         comes = arrived_ns >= 0
         self._number = np.concatenate([self._number, first + source[comes]])
         self._source = np.concatenate([self._source, source[comes] + 1])
@@ -96,7 +97,7 @@ class Air:
         bounds = np.searchsorted(self._destination[due], [*vehicles, len(self._vehicles) + 1])
         source = self._source[due].astype("<u4").tobytes()
         arrived = self._arrived_ns[due].astype("<i8").tobytes()
-        beacons = list(map(self._beacons.__getitem__, self._number[due].tolist()))
+        beacons = self._beacons[self._number[due] - self._first_number].tolist()
         receives = []
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
         for vehicle, (start, end) in zip(vehicles, spans, strict=True):
@@ -115,5 +116,7 @@ class Air:
         flies[landed] = False
         self._number, self._source = self._number[flies], self._source[flies]
         self._destination, self._arrived_ns = self._destination[flies], self._arrived_ns[flies]
-        wanted = np.unique(self._number).tolist()
-        self._beacons = {number: self._beacons[number] for number in wanted}
+        end = self._first_number + len(self._beacons)
+        oldest = int(self._number.min(initial=end))
+        self._beacons = self._beacons[oldest - self._first_number :]
+        self._first_number = oldest

@@ -25,7 +25,7 @@ class Rows(NamedTuple):
         """What keys their draws: numbers of both vehicles, from 1, and the frame's."""
         return self.source + 1, self.destination + 1, self.sequence
 
-    def only(self, chosen: Bools) -> Rows:
+    def only(self, chosen: Bools | slice) -> Rows:
         """Those of the rows."""
         return Rows._make(column[chosen] for column in self)
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.flat import FlatEncoder
+from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 
 numbers = st.floats(allow_nan=False)
 times = st.integers(-(2**63), 2**63 - 1)
@@ -102,3 +102,17 @@ def _of(link: pb.LinkEstimate) -> tuple[float, ...]:
         link.predicted_speed,
         link.measured_ns,
     )
+
+
+@given(st.lists(times, max_size=40), st.lists(numbers, max_size=40))
+def test_columns_are_read_back(instants: list[int], values: list[float]) -> None:
+    planned_from = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
+    planned = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
+    plan = pb.Beacon(planned_from_ns=instants, planned_acceleration=values)
+    assert planned_from.encode(instants) + planned.encode(values) == plan.SerializeToString()
+
+
+@pytest.mark.parametrize("name", ["cycle", "ahead", "silent"])
+def test_what_is_no_column_of_numbers_is_refused(name: str) -> None:
+    with pytest.raises(TypeError, match=f"Beacon.{name} is not a column"):
+        ColumnEncoder(pb.Beacon.DESCRIPTOR, name)

@@ -6,7 +6,7 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
-from zenvoy.bus.flat import FlatEncoder
+from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE
 from zenvoy.scenarios import Scenario, Settings, roster
 from zenvoy.vehicles.beaconing import beaconing
@@ -23,6 +23,8 @@ _NO_SPEED: Final = (_NAN, _NAN, _NAN)
 _REST: Final = ("planned_from_ns", "planned_acceleration", "silent")
 _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
+_PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
+_PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
 _COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing"))
 _COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing",))
 
@@ -49,6 +51,8 @@ class VehicleAgent:
         self._known = Knowledge(scenario, self._neighbours, self._estimates)
         self._cycle = 0
         self._senses = True
+        self._needs_sense = ((SENSE, (vehicle,)),)
+        self._needs_receive = ((RECEIVE, (vehicle,)),)
 
     @property
     def barrier(self) -> Barrier | None:
@@ -57,8 +61,8 @@ class VehicleAgent:
             return None
         start_ns = self._cycle * self._period_ns
         if self._senses:
-            return Barrier(start_ns, self._cycle, ((SENSE, (self.vehicle,)),))
-        return Barrier(start_ns + self._wait_ns, self._cycle, ((RECEIVE, (self.vehicle,)),))
+            return Barrier(start_ns, self._cycle, self._needs_sense)
+        return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Beacon on a sense, command on a receive."""
@@ -84,15 +88,10 @@ class VehicleAgent:
             silence = pb.Beacon(cycle=cycle, time_ns=time_ns, vehicle=self.vehicle, silent=True)
             return silence.SerializeToString()
         motion = (sense.position, sense.speed, sense.acceleration)
-        if sense.HasField("ahead"):
-            link = sense.ahead
-            head = _BEACON.encode(
-                cycle, time_ns, self.vehicle, sequence, *motion, link.gap, link.speed
-            )
-        else:
-            head = _BEACON_OF_FIRST.encode(cycle, time_ns, self.vehicle, sequence, *motion)
-        plan = pb.Beacon(planned_from_ns=planned_from_ns, planned_acceleration=planned)
-        return head + plan.SerializeToString()
+        radar = self._known.radar
+        encode = _BEACON_OF_FIRST.encode if radar is None else _BEACON.encode
+        head = encode(cycle, time_ns, self.vehicle, sequence, *motion, *(radar or ()))
+        return head + _PLANNED_FROM.encode(planned_from_ns) + _PLANNED.encode(planned)
 
     def _decide(self, now_ns: int) -> bytes:
         """Command for the instant at which it takes effect, and what it was based on."""

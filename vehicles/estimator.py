@@ -89,8 +89,10 @@ class Filter:
         if self._covariance is None:
             self.x, self._covariance = z, self._schedule.first
             return
-        self._covariance = self._schedule.step(self._covariance, len(inputs))
-        self.x = self._corrected(self._predicted(inputs), z, self._covariance.K)
+        before, periods = self._covariance, len(inputs)
+        after = before.after.get(periods) or self._schedule.step(before, periods)
+        self._covariance = after
+        self.x = self._corrected(self._predicted(inputs), z, after.K)
 
     def _predicted(self, inputs: Sequence[float]) -> tuple[float, ...]:
         """x' = F x + B a, once for each input."""
@@ -110,6 +112,7 @@ class Filter:
         """x = x' + K (z - x')."""
         if len(x) == 1:
             return (x[0] + gain[0][0] * (z[0] - x[0]),)
-        (p, v), (k_pp, k_pv), (k_vp, k_vv) = x, *gain
+        p, v = x
+        (k_pp, k_pv), (k_vp, k_vv) = gain
         dp, dv = z[0] - p, z[1] - v
         return (p + k_pp * dp + k_pv * dv, v + k_vp * dp + k_vv * dv)

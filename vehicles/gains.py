@@ -75,11 +75,12 @@ class GainSchedule:
         for _ in range(periods):
             kalman.predict()
         kalman.update(np.zeros(kalman.dim_z))
-        updated = kalman.P.astype(np.float64)
-        change = np.abs(updated - before.P).max()
-        if periods == 1 and change <= _SETTLED * np.abs(updated).max():
-            return before
-        return Covariance(updated, kalman.K.tolist())
+        if periods == 1:
+            updated, entries = kalman.P.ravel().tolist(), before.P.ravel().tolist()
+            change = max(abs(new - old) for new, old in zip(updated, entries, strict=True))
+            if change <= _SETTLED * max(map(abs, updated)):
+                return before
+        return Covariance(kalman.P.astype(np.float64), kalman.K.tolist())
 
 
 def inverse(S: Objects) -> Objects:  # noqa: N803  # the letter of the field

@@ -11,6 +11,7 @@ from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.gains import gain_schedule, settle
+from zenvoy.vehicles.heard import Heard, radar_in
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.radio import Radio
@@ -43,6 +44,7 @@ class Knowledge:
         self._commanded.learn(0, 0, 0.0, (), ())
         self.radio = Radio(neighbours, scenario.beacon_age_limit_ns)
         self._sense = pb.Sense()
+        self.radar: Relative | None = None
         self._past: dict[int, pb.Sense] = {}  # own readings by time, where positions are compared
         self._set_up_estimates(scenario)
 
@@ -76,8 +78,9 @@ class Knowledge:
         Times (ns) and values (m/s²): the commands, or the acceleration that was read where it
         contradicts them (a driver's foot on the brake, a vehicle that stands).
         """
-        self._sense = sense
-        start_ns, time_ns = sense.time_ns - self._period_ns, sense.time_ns
+        self._sense, self.radar = sense, radar_in(sense)
+        time_ns = sense.time_ns
+        start_ns = time_ns - self._period_ns
         if self._by_position:
             self._past[time_ns] = sense
             if len(self._past) > self._keep_ns // self._period_ns + 2:
@@ -93,22 +96,23 @@ class Knowledge:
     def hear(self, receive: pb.Receive) -> None:
         """Take in the frames that have arrived, then bring the estimates to t_k."""
         sense = self._sense
-        for beacon in self.radio.hear(receive, sense.time_ns):
+        time_ns, speed = sense.time_ns, sense.speed
+        for beacon in self.radio.hear(receive, time_ns):
             if beacon.vehicle == self._ahead_id:
                 self._learn(self._ahead, beacon)
                 if self._by_position:
                     state = self._gap_then(beacon, ahead=True)
-                    self._measure(self.link_ahead, beacon, state)
+                    self._measure(self.link_ahead, beacon.time_ns, state, beacon.speed)
             if beacon.vehicle == self._behind_id:
                 self._learn(self._behind, beacon)
-                state = self._gap_then(beacon, ahead=False) if self._by_position else _radar(beacon)
-                self._measure(self.link_behind, beacon, state)
+                state = self._gap_then(beacon, ahead=False) if self._by_position else beacon.radar
+                self._measure(self.link_behind, beacon.time_ns, state, beacon.speed)
         if self.radio.fresh(self._ahead_id) is None:
             self._ahead.forget()  # an old plan is worse than none
         if not self._by_position:
-            self._measure(self.link_ahead, sense, _radar(sense))
+            self._measure(self.link_ahead, time_ns, self.radar, speed)
         if self._estimates:
-            self.speed.measure(sense.time_ns, sense.speed)
+            self.speed.measure(time_ns, speed)
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""
@@ -116,22 +120,20 @@ class Knowledge:
 
     def read(self, now_ns: int) -> View:
         """The newest readings, as they are; what is older than the age limit is missing."""
-        radar = _radar(self._sense)
+        radar = self.radar
         if self._by_position:
             ahead, behind = self._positions(now_ns)
             link_ahead, link_behind = next(iter(ahead), None), next(iter(behind), None)
         else:
-            told = self.radio.radar_of(self._behind_id)
-            link_ahead, link_behind = radar, told and Relative(told.gap, told.speed)
-        return View(radar=radar, ahead=link_ahead, behind=link_behind, speed=self._sense.speed)
+            link_ahead, link_behind = radar, self.radio.radar_of(self._behind_id)
+        return View(radar, link_ahead, link_behind, self._sense.speed)
 
     def sides(self, now_ns: int) -> tuple[tuple[Relative, Relative], ...]:
         """States to the j-th vehicle ahead and behind, j = 1..m, as far as both are known."""
-        sense = self._sense
         if self._by_position:
             ahead, behind = self._positions(now_ns)
         else:
-            ahead, behind = self.radio.chains(sense.ahead if sense.HasField("ahead") else None)
+            ahead, behind = self.radio.chains(self.radar)
         return tuple(zip(ahead, behind, strict=False))
 
     def predict(self, until_ns: int) -> Predicted:
@@ -149,7 +151,7 @@ class Knowledge:
         here = sense.position + sense.speed * (now_ns - sense.time_ns) * 1e-9
         return self.radio.positions(here, sense.speed)
 
-    def _gap_then(self, beacon: pb.Beacon, *, ahead: bool) -> Relative | None:
+    def _gap_then(self, beacon: Heard, *, ahead: bool) -> Relative | None:
         """State of a link at the time of the neighbour's beacon, by both positions then."""
         own = self._past.get(beacon.time_ns)
         if own is None:
@@ -160,7 +162,7 @@ class Knowledge:
         gap = own.position - beacon.position + self._neighbours.seam_behind[0]
         return Relative(gap, own.speed - beacon.speed)
 
-    def _learn(self, motion: Motion, beacon: pb.Beacon) -> None:
+    def _learn(self, motion: Motion, beacon: Heard) -> None:
         time_ns = beacon.time_ns
         motion.learn(
             time_ns - self._period_ns,
@@ -170,11 +172,9 @@ class Knowledge:
             beacon.planned_acceleration,
         )
 
-    def _measure(
-        self, link: LinkState, source: pb.Beacon | pb.Sense, state: Relative | None
-    ) -> None:
+    def _measure(self, link: LinkState, time_ns: int, state: Relative | None, speed: float) -> None:
         if self._estimates and state is not None:
-            link.measure(source.time_ns, state, source.speed)
+            link.measure(time_ns, state, speed)
 
 
 def prepare(scenario: Scenario) -> None:
@@ -206,11 +206,3 @@ def _link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
         ReadingError(sensors.error_std, control.desired_gap_m),
         ReadingError(sensors.error_std, control.desired_speed_mps),
     )
-
-
-def _radar(source: pb.Sense | pb.Beacon) -> Relative | None:
-    """The radar reading in a sense or a beacon; None where no vehicle is ahead."""
-    if not source.HasField("ahead"):
-        return None
-    link = source.ahead
-    return Relative(link.gap, link.speed)

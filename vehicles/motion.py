@@ -15,13 +15,13 @@ class Motion:
     the last. Where nothing is known it is 0.
     """
 
-    __slots__ = ("_from_ns", "_keep_ns", "_read", "_reading", "_value")
+    __slots__ = ("_from_ns", "_keep_ns", "_read_from_ns", "_read_to_ns", "_reading", "_value")
 
     def __init__(self, keep_ns: int) -> None:
         self._keep_ns = keep_ns
         self._from_ns: list[int] = []
         self._value: list[float] = []
-        self._read = (0, 0)
+        self._read_from_ns = self._read_to_ns = 0
         self._reading = 0.0
 
     def learn(
@@ -38,27 +38,29 @@ class Motion:
         start_ns is forgotten, so readings must come in order of time.
         """
         times, values = self._from_ns, self._value
-        while times and times[-1] >= start_ns:
-            times.pop()
-            values.pop()
+        known = len(times)
+        while known and times[known - 1] >= start_ns:
+            known -= 1
+        del times[known:], values[known:]
         times.append(start_ns)
         values.append(reading)
         for from_ns in plan_from_ns:
             times.append(from_ns if from_ns > end_ns else end_ns)
-        values.extend(plan)
-        while len(times) > 1 and times[1] < end_ns - self._keep_ns:
+        values += plan
+        oldest_ns = end_ns - self._keep_ns
+        while len(times) > 1 and times[1] < oldest_ns:
             del times[0], values[0]
-        self._read, self._reading = (start_ns, end_ns), reading
+        self._read_from_ns, self._read_to_ns, self._reading = start_ns, end_ns, reading
 
     def forget(self) -> None:
         """Know nothing any more."""
         self._from_ns.clear()
         self._value.clear()
-        self._read = (0, 0)
+        self._read_from_ns = self._read_to_ns = 0
 
     def mean(self, t0_ns: int, t1_ns: int) -> float:
         """Mean acceleration from t0 to t1, m/s²."""
-        if self._read == (t0_ns, t1_ns):
+        if t0_ns == self._read_from_ns and t1_ns == self._read_to_ns:
             return self._reading
         return self.over(t0_ns, t1_ns)[1] / ((t1_ns - t0_ns) * NS)
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 from operator import attrgetter
-
-from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.vehicles.controllers import Told
+from zenvoy.vehicles.heard import Heard, understood
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.relative import Relative
 
@@ -20,20 +18,23 @@ class Radio:
     def __init__(self, neighbours: Neighbours, age_limit_ns: int) -> None:
         self._neighbours, self._everyone = neighbours, neighbours.everyone
         self._age_limit_ns = age_limit_ns
-        self._heard: dict[int, pb.Beacon] = {}
+        self._heard: dict[int, Heard] = {}
         self._time_ns = 0
 
-    def hear(self, receive: pb.Receive, time_ns: int) -> list[pb.Beacon]:
+    def hear(self, receive: pb.Receive, time_ns: int) -> list[Heard]:
         """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
         self._time_ns = time_ns
         everyone, payloads = self._everyone, receive.beacon
         beacons = [
             beacon
             for row, source in enumerate(receive.source[:])  # a list is faster to go through
-            if source in everyone and (beacon := self._understood(payloads[row]))
+            if source in everyone
+            and (beacon := understood(payloads[row]))
+            and beacon.time_ns <= time_ns
         ]
+        beacons.sort(key=attrgetter("time_ns"))
         news = []
-        for beacon in sorted(beacons, key=attrgetter("time_ns")):
+        for beacon in beacons:
             heard = self._heard.get(beacon.vehicle)
             if heard is None or beacon.time_ns > heard.time_ns:
                 self._heard[beacon.vehicle] = beacon
@@ -45,7 +46,7 @@ class Radio:
         heard = self._heard.get(vehicle)
         return -1 if heard is None else self._time_ns - heard.time_ns
 
-    def fresh(self, vehicle: int) -> pb.Beacon | None:
+    def fresh(self, vehicle: int) -> Heard | None:
         """The newest beacon of a vehicle, unless it is too old."""
         heard = self._heard.get(vehicle)
         if heard is None or self._time_ns - heard.time_ns > self._age_limit_ns:
@@ -60,12 +61,12 @@ class Radio:
         plan = beacon.planned_acceleration
         return Told(beacon.speed, plan[0] if plan else beacon.acceleration)
 
-    def radar_of(self, vehicle: int) -> pb.Link | None:
+    def radar_of(self, vehicle: int) -> Relative | None:
         """A vehicle's own radar reading."""
         beacon = self.fresh(vehicle)
-        return beacon.ahead if beacon is not None and beacon.HasField("ahead") else None
+        return None if beacon is None else beacon.radar
 
-    def chains(self, own: pb.Link | None) -> tuple[list[Relative], list[Relative]]:
+    def chains(self, own: Relative | None) -> tuple[list[Relative], list[Relative]]:
         """States to the 1st, 2nd, ... vehicle ahead and behind, as sums of radar readings.
 
         Each list ends before the first reading that is missing; `own` is the own radar's.
@@ -88,29 +89,14 @@ class Radio:
             behind.append(Relative(here - beacon.position + seam, v - beacon.speed))
         return ahead, behind
 
-    def _understood(self, payload: bytes) -> pb.Beacon | None:
-        """Beacon in a frame; None where it makes no sense: anyone may send anything."""
-        try:
-            beacon = pb.Beacon.FromString(payload)
-        except DecodeError:
-            return None
-        motion = beacon.acceleration + beacon.speed + beacon.position
-        plan = beacon.planned_acceleration
-        makes_sense = (
-            isfinite(motion + beacon.ahead.gap + beacon.ahead.speed + sum(plan))
-            and beacon.time_ns <= self._time_ns
-            and len(plan) == len(beacon.planned_from_ns)
-        )
-        return beacon if makes_sense else None
 
-
-def _summed(links: Sequence[pb.Link | None]) -> list[Relative]:
+def _summed(links: Sequence[Relative | None]) -> list[Relative]:
     """States over 1, 2, ... links, up to the first that is missing."""
     sums: list[Relative] = []
     p = v = 0.0
     for link in links:
         if link is None:
             break
-        p, v = p + link.gap, v + link.speed
+        p, v = p + link.p, v + link.v
         sums.append(Relative(p, v))
     return sums

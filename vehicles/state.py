@@ -73,6 +73,9 @@ class LinkState:
     def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
         """Mean of each period up to `time_ns`, m/s²."""
         front, rear, period_ns = self._front.mean, self._rear.mean, self._period_ns
+        if periods == 1:  # nearly always
+            start_ns = time_ns - period_ns
+            return [front(start_ns, time_ns) - rear(start_ns, time_ns)]
         return [
             front(start_ns, start_ns + period_ns) - rear(start_ns, start_ns + period_ns)
             for start_ns in range(time_ns - periods * period_ns, time_ns, period_ns)
@@ -106,8 +109,9 @@ class SpeedState:
         period_ns = self._period_ns
         if (time_ns - self._measured_ns) // period_ns > _GIVE_UP_PERIODS:
             self._filter.reset()
+        mean, started = self._own.mean, self._filter.x
         starts = range(self._measured_ns, time_ns, period_ns)
-        inputs = [self._own.mean(start_ns, start_ns + period_ns) for start_ns in starts]
-        about = self._filter.x[0] if self._filter.x else reading
+        inputs = [mean(start_ns, start_ns + period_ns) for start_ns in starts]
+        about = started[0] if started else reading
         self._filter.step(inputs, (reading,), (self._error.variance(about),))
         self._measured_ns = time_ns

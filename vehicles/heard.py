@@ -1,0 +1,58 @@
+"""A beacon as its receivers read it: taken apart once, whoever listens."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import isfinite
+from typing import NamedTuple
+
+from google.protobuf.message import DecodeError
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.vehicles.relative import Relative
+
+
+class Heard(NamedTuple):
+    """Fields of a Beacon, in m, m/s, m/s² and ns; radar: None where no vehicle is ahead of it."""
+
+    vehicle: int
+    time_ns: int
+    position: float
+    speed: float
+    acceleration: float
+    radar: Relative | None
+    planned_from_ns: tuple[int, ...]
+    planned_acceleration: tuple[float, ...]
+
+
+@lru_cache(maxsize=128)  # in one process, each is read by all who count its sender in
+def understood(payload: bytes) -> Heard | None:
+    """Beacon in a frame; None where it makes no sense: anyone may send anything."""
+    try:
+        beacon = pb.Beacon.FromString(payload)
+    except DecodeError:
+        return None
+    acceleration, speed, position = beacon.acceleration, beacon.speed, beacon.position
+    planned_from_ns, planned = beacon.planned_from_ns[:], beacon.planned_acceleration[:]
+    radar = radar_in(beacon)
+    numbers = acceleration + speed + position + sum(planned) + sum(radar or ())
+    if not isfinite(numbers) or len(planned) != len(planned_from_ns):
+        return None
+    return Heard(
+        beacon.vehicle,
+        beacon.time_ns,
+        position,
+        speed,
+        acceleration,
+        radar,
+        tuple(planned_from_ns),
+        tuple(planned),
+    )
+
+
+def radar_in(source: pb.Sense | pb.Beacon) -> Relative | None:
+    """The radar reading in a sense or a beacon; None where no vehicle is ahead."""
+    if not source.HasField("ahead"):
+        return None
+    link = source.ahead
+    return Relative(link.gap, link.speed)
