@@ -64,14 +64,14 @@ int main(int, char **argv) {
             scenario = json::parse(content(z_reply_ok(z_loan(reply))));
     }
     auto of = [&](const char *path) { return scenario[json::json_pointer(path)].get<double>(); };
-    z_owned_closure_sample_t to_sense, to_world;
+    z_owned_closure_sample_t to_sense, to_end;
     z_owned_fifo_handler_sample_t senses;
     z_owned_subscriber_t sensor, watcher;
     z_owned_publisher_t beacons, commands;
     z_fifo_channel_sample_new(&to_sense, &senses, 256);
-    z_closure(&to_world, on_world, NULL, NULL);
+    z_closure(&to_end, on_world, NULL, NULL);
     z_declare_subscriber(zenoh, &sensor, at(own + "/sense"), z_move(to_sense), NULL);
-    z_liveliness_declare_subscriber(zenoh, &watcher, at(run + "/alive/world"), z_move(to_world), NULL);
+    z_liveliness_declare_subscriber(zenoh, &watcher, at(run + "/alive/world"), z_move(to_end), NULL);
     z_declare_publisher(zenoh, &beacons, at(own + "/beacon"), NULL);
     z_declare_publisher(zenoh, &commands, at(own + "/command"), NULL);
     for (auto *publisher : {&beacons, &commands})  // what is put before somebody reads is gone
