@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := scenarios bus vehicles channel world analysis cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check bench conformance picture proto clean
+.PHONY: setup demo test check bench conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -46,6 +46,21 @@ conformance: setup
 	rm -rf runs/conformance
 	$(BIN)/zenvoy run quickstart --out runs/conformance
 	node tests/conformance/check.mjs runs/conformance/run.mcap
+
+# Builds the vehicle in C++ against zenoh-c and drives it in a fleet. Needs g++, Debian's
+# libprotobuf-dev, protobuf-compiler, nlohmann-json3-dev and python3-dev. No package registry reached
+# here has zenoh-c by itself: its library comes out of a Python extension module that exports it.
+CPP := runs/external-cpp
+external-cpp: setup
+	rm -rf $(CPP) && mkdir -p $(CPP)
+	$(BIN)/python -m pip download --quiet --disable-pip-version-check --no-deps --dest $(CPP) \
+		rainbow-rb-zenoh==0.10.3
+	cd $(CPP) && $(abspath $(BIN))/python -m zipfile -e *.whl . && cp rainbow/rb_zenoh/_core*.so libzenohc.so
+	protoc -I bus --cpp_out=$(CPP) messages.proto
+	g++ -std=c++17 -O1 -Wall -I tests/zenoh_c -I $(CPP) -o $(CPP)/vehicle \
+		examples/external_vehicle/vehicle.cpp $(CPP)/messages.pb.cc -L $(CPP) -lzenohc \
+		$$(python3-config --ldflags --embed) -lprotobuf -Wl,-rpath,'$$ORIGIN'
+	ZENVOY_VEHICLE_CPP=$(CPP)/vehicle $(BIN)/pytest tests/test_external_vehicle.py -k another_language
 
 # The picture of the README, from the log of the demo.
 picture:

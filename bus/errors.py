@@ -17,3 +17,7 @@ class StoppedError(BusError):
 
 class PayloadError(BusError):
     """A payload cannot be sent, or is not a message of its topic."""
+
+
+class NoAnswerError(BusError):
+    """Nobody answers for a run at the endpoints given; the text says which."""

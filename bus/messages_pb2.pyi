@@ -118,7 +118,7 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     """real time: no command of a vehicle for too long; it rolls on"""
     EVENT_SILENT_END: _EventKind.ValueType  # 12
     EVENT_PROCESS_BACK: _EventKind.ValueType  # 13
-    """real time: one that was lost is there again"""
+    """real time: one that was lost, or not there at the start, is there"""
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -140,7 +140,7 @@ EVENT_SILENT: EventKind.ValueType  # 11
 """real time: no command of a vehicle for too long; it rolls on"""
 EVENT_SILENT_END: EventKind.ValueType  # 12
 EVENT_PROCESS_BACK: EventKind.ValueType  # 13
-"""real time: one that was lost is there again"""
+"""real time: one that was lost, or not there at the start, is there"""
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final

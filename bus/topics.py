@@ -87,9 +87,19 @@ LOGGED: Final = tuple(
 """Topics of every log; REALTIME is in those of real time alone."""
 
 
+def vehicle_name(vehicle: int, size: int) -> str:
+    """Name of a vehicle's process, so that names sort: `vehicle-07` of 40."""
+    return f"vehicle-{vehicle:0{max(2, len(str(size)))}d}"
+
+
 def alive_key(run: str, process: str = "*") -> str:
     """Key of a process's liveliness token."""
     return f"zenvoy/{run}/alive/{process}"
+
+
+def processes_key(run: str) -> str:
+    """Key of the queryable that answers with the names of the processes that are there, as JSON."""
+    return f"zenvoy/{run}/processes"
 
 
 def scenario_key(run: str) -> str:

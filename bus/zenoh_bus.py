@@ -30,6 +30,7 @@ class Wiring:
     connect: tuple[str, ...] = ()
     waits_for: tuple[str, ...] = ()  # processes that must be ready before this one says it is
     stall_limit_s: float | None = None
+    absent: frozenset[int] = frozenset()  # vehicles that may join later: nobody waits for them
 
 
 class Connection:
@@ -56,6 +57,8 @@ class Connection:
         self._awaited = ""
         self._watch = Watch(wiring.stall_limit_s, self._blame)
         self._alive: zenoh.Subscriber[Any] | None = None
+        self.on_open: Callable[[zenoh.Session], None] = lambda _: None
+        """Called with the session before anybody is waited for."""
         self.rejected = rejected
         """Messages that came and were refused, by reason."""
 
@@ -69,6 +72,7 @@ class Connection:
         wiring = self._wiring
         self._session = open_session(wiring.listen, wiring.connect, live=self.live)
         try:
+            self.on_open(self._session)
             self._subscribe()
             self._declare_publishers()
             self._wait_for_readers()
@@ -186,7 +190,7 @@ class Connection:
     def _wait_for_readers(self) -> None:
         """What is put before a subscriber matches is gone, so wait until each one does."""
         for (topic, vehicle), publisher in self._publishers.items():
-            if topic.reader is None:
+            if topic.reader is None or vehicle in self._wiring.absent:
                 continue
             self._awaited = f"a reader of {topic.key(self._wiring.run, vehicle)}"
             with publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:

@@ -73,17 +73,63 @@ def run(
     speed: Annotated[
         float | None, typer.Option(help="In real time: simulated over wall time, 0.1 to 10.")
     ] = None,
+    without: Annotated[
+        list[int] | None,
+        typer.Option(metavar="ID", help="A vehicle that another program is to be; repeatable."),
+    ] = None,
+    listen: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="tcp/HOST:PORT",
+            help="Where the world listens too, and the channel at the next port; repeatable.",
+        ),
+    ] = None,
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
     clock = "realtime" if realtime else None
     loaded = _load(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
     if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
         refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
+    if (without or listen) and bus is Bus.IN_PROCESS:
+        refuse(f"--without and --listen are for a process per vehicle: --bus {Bus.ZENOH.value}")
+    from zenvoy.cli.guests import GuestsError, guests
+
+    try:
+        others = guests(without or (), listen or (), loaded.scenario.fleet.size)
+    except GuestsError as error:
+        refuse(str(error))
     from zenvoy.cli.execute import execute
 
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, interrupt)
-    raise typer.Exit(execute(loaded, out, bus.value, console, errors))
+    raise typer.Exit(execute(loaded, out, bus.value, console, errors, others))
+
+
+@app.command()
+def vehicle(
+    vehicle: Annotated[int, typer.Option("--id", help="Number of the vehicle, from 1 on.")],
+    run: Annotated[
+        str, typer.Option(help="Folder of the run; or its name, where --connect says where it is.")
+    ],
+    connect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ENDPOINT", help="Where the world listens, and again, where the channel does."
+        ),
+    ] = None,
+    timeout_s: Annotated[
+        float, typer.Option(min=0.1, help="How long to wait for the run to answer, s.")
+    ] = 10.0,
+) -> None:
+    """Join a run in place of a vehicle that is missing."""
+    from zenvoy.cli.join import join
+
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, interrupt)
+    code = join(vehicle, run, connect or (), timeout_s, console, errors)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # a session that is open would keep the interpreter from leaving
 
 
 @app.command()

@@ -9,6 +9,7 @@ from rich.console import Console
 
 from zenvoy.analysis.log import LogError, as_json
 from zenvoy.analysis.summary import summarize
+from zenvoy.cli.guests import NO_GUESTS, Guests
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.run import FolderError, make_folder, run_in_process, run_on_zenoh
@@ -18,7 +19,14 @@ from zenvoy.scenarios import Loaded, effective_json
 _OK, _FAILED, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 1, 2, 3, 130
 
 
-def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors: Console) -> int:
+def execute(
+    loaded: Loaded,
+    out: Path | None,
+    bus: str,
+    console: Console,
+    errors: Console,
+    guests: Guests = NO_GUESTS,
+) -> int:
     """Run, summarize, and say where everything is; the exit code of the command."""
     try:
         folder = make_folder(out, loaded.name)
@@ -26,13 +34,18 @@ def execute(loaded: Loaded, out: Path | None, bus: str, console: Console, errors
         errors.print(str(error))
         return _BAD_INPUT
     (folder / "effective.json").write_text(effective_json(loaded.scenario))
+    for vehicle in sorted(guests.without):
+        join = f"zenvoy vehicle --id {vehicle} --run {folder}"
+        console.print(
+            f"without vehicle {vehicle}; to join: {join}", highlight=False, soft_wrap=True
+        )
     death: Death | None = None
     code = _OK
     try:
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
             if bus == "zenoh":
                 goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
-                death = run_on_zenoh(loaded, folder, progress, goes_on)
+                death = run_on_zenoh(loaded, folder, progress, goes_on, guests)
             else:
                 run_in_process(loaded, folder, progress)
     except KeyboardInterrupt:

@@ -12,11 +12,12 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.session import prefer_latency, prefer_throughput
+from zenvoy.bus.topics import vehicle_name
 from zenvoy.bus.zenoh_bus import Wiring
 from zenvoy.channel.process import run_channel
+from zenvoy.cli.guests import Meeting
 from zenvoy.cli.spawn import Program
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import vehicle_name
 from zenvoy.vehicles.process import run_vehicle
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
@@ -32,29 +33,37 @@ def process_table(
     log: Path,
     sockets: Path,
     on_clock: Callable[[pb.Clock], None],
+    met: Meeting,
+    without: frozenset[int] = frozenset(),
 ) -> list[Program]:
-    """Programs of a run, in the order in which they start."""
+    """Programs of a run but for the vehicles it is `without`, in the order in which they start.
+
+    In lock-step these are waited for all the same; in real time they may join at any time.
+    """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
     names = tuple(vehicle_name(vehicle, size) for vehicle in vehicles)
-    world, channel = (f"unixsock-stream/{sockets / name}" for name in ("world", "channel"))
+    live = scenario.clock == "realtime"
+    absent = without if live else frozenset[int]()
+    awaited = tuple(name for vehicle, name in enumerate(names, 1) if vehicle not in absent)
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=(world,),
-        waits_for=("channel", *names),
+        listen=met.world,
+        waits_for=("channel", *awaited),
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE,
+        absent=absent,
     )
     channel_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=(channel,),
-        connect=(world,),
-        waits_for=names,
+        listen=met.channel,
+        connect=met.connect[:1],
+        waits_for=awaited,
         stall_limit_s=scenario.stall_limit_s,
+        absent=absent,
     )
-    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=(world, channel))
-    live = scenario.clock == "realtime"
+    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect)
     row = partial(Program, run=labels.run, prefer=prefer_latency if live else prefer_throughput)
     return [
         row(
@@ -68,6 +77,7 @@ def process_table(
         *(
             row(name=name, main=partial(run_vehicle, scenario, vehicle, wiring), essential=not live)
             for vehicle, name in zip(vehicles, names, strict=True)
+            if vehicle not in without
         ),
     ]
 

@@ -18,6 +18,7 @@ from zenvoy.bus.clock import stamp, wall_ns
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.cli.fleet import clock_to, process_table
+from zenvoy.cli.guests import FILE, NO_GUESTS, Guests, meeting
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.supervisor import Death, Supervisor
 from zenvoy.scenarios import Loaded, MultiNode, Scenario, effective_json, roster
@@ -90,28 +91,36 @@ def run_on_zenoh(
     folder: Path,
     progress: RunProgress,
     on_loss: Callable[[Death], None] = lambda _: None,
+    guests: Guests = NO_GUESTS,
 ) -> Death | None:
     """Run every participant as a process of its own; the untimely death that ended it, if any.
 
-    In real time the run goes on without a vehicle: its death is told to `on_loss`.
+    In real time the run goes on without a vehicle: its death is told to `on_loss`. While it runs,
+    its folder says where `guests` and others connect to.
     """
     read_fd, write_fd = os.pipe()
     # Socket paths are short by law (108 bytes), folders of runs are not.
     sockets = Path(tempfile.mkdtemp(prefix="zenvoy-"))
+    labels = labels_of(loaded, "zenoh")
+    met = meeting(labels.run, sockets, guests.listen)
     try:
         table = process_table(
             loaded.scenario,
-            labels_of(loaded, "zenoh"),
+            labels,
             folder / "run.mcap",
             sockets,
             clock_to(write_fd),
+            met,
+            guests.without,
         )
+        met.write(folder)
         _rehearse(loaded.scenario)
         with Supervisor(table, folder / "logs") as supervisor:
             return supervisor.watch(read_fd, progress.feed, on_loss)
     finally:
         os.close(read_fd)
         os.close(write_fd)
+        (folder / FILE).unlink(missing_ok=True)  # nobody listens there any more
         shutil.rmtree(sockets, ignore_errors=True)
 
 

@@ -5,6 +5,7 @@ Nothing here waits for a time to pass: every wait is for a fact, and fails by na
 
 from __future__ import annotations
 
+import ctypes
 import os
 import resource
 import select
@@ -27,6 +28,8 @@ from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata,
 from mcap.stream_reader import StreamReader
 
 LIMIT_S: Final = 60.0
+_LIBC: Final = ctypes.CDLL(None)
+_PR_SET_PDEATHSIG: Final = 1
 _STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
 
 
@@ -248,8 +251,14 @@ def _as_in_a_terminal(limit: tuple[int, int] | None) -> None:
     `limit`: which resource to hold to which size, as a shell's `ulimit` does.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    die_with_the_tests()
     if limit is not None:
         resource.setrlimit(limit[0], (limit[1], limit[1]))
+
+
+def die_with_the_tests() -> None:
+    """Have the kernel end this process when that of the tests ends, even by kill -9."""
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 @contextmanager

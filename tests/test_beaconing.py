@@ -45,6 +45,12 @@ def cams(motion: Sequence[tuple[float, float]], period_ms: int = 100) -> list[in
     return sent
 
 
+def test_who_takes_over_goes_on_counting_beyond_what_the_other_can_have_sent() -> None:
+    rule = beaconing(Scenario(beacons=Beacons(rule="etsi-cam")), 5)
+    senses = [pb.Sense(cycle=k, time_ns=k * 100 * MS_NS, position=9.0 * k) for k in (70, 71, 72)]
+    assert [rule.next(sense) for sense in senses] == [70, 71, 72]
+
+
 def steady(speed: float, cycles: int, period_ms: int = 100) -> list[tuple[float, float]]:
     return [(speed * k * period_ms * 1e-3, speed) for k in range(cycles)]
 

@@ -27,6 +27,7 @@ from zenvoy.bus.topics import (
     TRUTH,
     Topic,
     alive_key,
+    processes_key,
     scenario_key,
 )
 
@@ -71,6 +72,7 @@ def test_there_are_no_others() -> None:
 def test_other_keys() -> None:
     assert alive_key("r1", "vehicle-07") == "zenvoy/r1/alive/vehicle-07"
     assert scenario_key("r1") == "zenvoy/r1/scenario"
+    assert processes_key("r1") == "zenvoy/r1/processes"
 
 
 def test_keys_of_all() -> None:

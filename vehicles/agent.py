@@ -7,7 +7,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
-from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE
+from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, vehicle_name
 from zenvoy.scenarios import Scenario, Settings, roster
 from zenvoy.vehicles.beaconing import beaconing
 from zenvoy.vehicles.controllers import Law, PlatoonLaw
@@ -138,11 +138,6 @@ class VehicleAgent:
             return _NO_SPEED
         speed = self._known.speed
         return (speed.estimate, speed.std, predicted.speed)
-
-
-def vehicle_name(vehicle: int, size: int) -> str:
-    """Name of a vehicle's process, so that names sort: `vehicle-07` of 40."""
-    return f"vehicle-{vehicle:0{max(2, len(str(size)))}d}"
 
 
 def _law(scenario: Scenario, settings: Settings) -> Law:

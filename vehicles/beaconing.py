@@ -62,13 +62,15 @@ class EtsiCam:
         self._interval_ns, self._repeats, self._number = _MOST_NS, 0, 0
 
     def next(self, sense: pb.Sense) -> int | None:
-        """Counts from 0."""
+        """Counts from 0; from its first cycle, in place of another vehicle that has counted too."""
         start_ns = sense.time_ns - self._period_ns
         self._own.learn(start_ns, sense.time_ns, sense.acceleration, (), ())
         self._speed_state.measure(sense.time_ns, sense.speed)
         speed = self._speed_state.estimate
         if self._sent_ns >= 0 and not self._due(sense, speed):
             return None
+        if self._sent_ns < 0:
+            self._number = sense.cycle
         self._sent_ns, self._position, self._speed = sense.time_ns, sense.position, speed
         self._number += 1
         return self._number - 1

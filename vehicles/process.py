@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import zenoh
+
 from zenvoy.bus.live import LiveBus
 from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
 from zenvoy.scenarios import Scenario
@@ -9,11 +13,21 @@ from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle
 
 
-def run_vehicle(scenario: Scenario, vehicle: int, wiring: Wiring) -> None:
-    """Drive one vehicle to the end of the run, in real time until asked to end; raises BusError."""
+def run_vehicle(
+    scenario: Scenario,
+    vehicle: int,
+    wiring: Wiring,
+    on_joined: Callable[[zenoh.Session], None] = lambda _: None,
+) -> None:
+    """Drive one vehicle to the end of the run, in real time until asked to end; raises BusError.
+
+    `on_joined` is called once the others know of the vehicle, before its first cycle.
+    """
+    bus: ZenohBus | LiveBus
     if scenario.clock == "realtime":
-        with LiveBus(LiveVehicle(scenario, vehicle), wiring, scenario.speed) as live:
-            live.run()
-        return
-    with ZenohBus(VehicleAgent(scenario, vehicle), wiring) as bus:
+        bus = LiveBus(LiveVehicle(scenario, vehicle), wiring, scenario.speed)
+    else:
+        bus = ZenohBus(VehicleAgent(scenario, vehicle), wiring)
+    with bus:
+        on_joined(bus.session)
         bus.run()

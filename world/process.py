@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import zenoh
+
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import StoppedError
+from zenvoy.bus.joining import offer
 from zenvoy.bus.live import LiveBus
-from zenvoy.bus.topics import CLOCK, EVENTS, scenario_key
-from zenvoy.bus.zenoh_bus import Wiring, ZenohBus, answer
+from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
+from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live import LiveWorld
@@ -41,11 +44,17 @@ def run_world(
 
         recorder.on_clock = tick
         effective = labels.effective_json.encode()
+        offered: list[object] = []
+
+        def on_open(session: zenoh.Session) -> None:
+            offered.extend(offer(session, wiring.run, lambda: effective))
+
+        bus.on_open = on_open
         try:
-            with bus, answer(bus.session, scenario_key(wiring.run), lambda: effective):
+            with bus:
                 try:
                     if isinstance(bus, LiveBus):
-                        _run_live(bus, world, recorder, scenario.period_ns)
+                        _run_live(bus, world, recorder, scenario, wiring.absent)
                     else:
                         recorder.start_clock()
                         bus.run()
@@ -56,12 +65,18 @@ def run_world(
             _end(recorder, [])
 
 
-def _run_live(bus: LiveBus, world: LiveWorld, recorder: Recorder, period_ns: int) -> None:
-    """Run to the end on the wall clock; processes that go and come back are events."""
+def _run_live(
+    bus: LiveBus,
+    world: LiveWorld,
+    recorder: Recorder,
+    scenario: Scenario,
+    absent: frozenset[int],
+) -> None:
+    """Run to the end on the wall clock; processes that go, come back or join are events."""
     start_ns = bus.start()
     world.start(start_ns)
     recorder.start_clock(start_ns)
-    lost: set[str] = set()
+    lost = {vehicle_name(vehicle, scenario.fleet.size) for vehicle in absent}
 
     def notice() -> None:
         for name, there in bus.comings_and_goings():
@@ -70,7 +85,9 @@ def _run_live(bus: LiveBus, world: LiveWorld, recorder: Recorder, period_ns: int
             lost.symmetric_difference_update({name})
             kind = pb.EVENT_PROCESS_BACK if there else pb.EVENT_PROCESS_LOST
             now_ns = bus.now_ns
-            event = pb.Event(cycle=now_ns // period_ns, time_ns=now_ns, kind=kind, text=name)
+            event = pb.Event(
+                cycle=now_ns // scenario.period_ns, time_ns=now_ns, kind=kind, text=name
+            )
             recorder.log(EVENTS, now_ns, event.SerializeToString())
 
     bus.run(notice)

@@ -1,0 +1,92 @@
+"""What a process that joins a run later asks for, and what the world answers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from queue import Empty, SimpleQueue
+from typing import NamedTuple, cast
+
+import zenoh
+
+from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.errors import NoAnswerError
+from zenvoy.bus.session import open_session
+from zenvoy.bus.topics import alive_key, processes_key, scenario_key
+from zenvoy.bus.zenoh_bus import Answer, answer
+
+
+class Standing(NamedTuple):
+    """Where a run stands: its effective scenario, as JSON, and the processes that are there."""
+
+    scenario: bytes
+    processes: frozenset[str]
+
+
+def offer(session: zenoh.Session, run: str, scenario: Answer) -> tuple[object, ...]:
+    """Answer whoever asks for the standing of `run`, for as long as the result is kept.
+
+    Peers are never relayed: a process that joins sees no other vehicle's token, the world sees all.
+    """
+    present: set[str] = set()
+
+    def note(sample: zenoh.Sample) -> None:
+        name = str(sample.key_expr).rpartition("/")[2]
+        (present.add if sample.kind == zenoh.SampleKind.PUT else present.discard)(name)
+
+    return (
+        session.liveliness().declare_subscriber(alive_key(run), note, history=True),
+        answer(session, processes_key(run), lambda: json.dumps(sorted(present)).encode()),
+        answer(session, scenario_key(run), scenario),
+    )
+
+
+def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
+    """Standing of the run whose world is at one of the endpoints; raises NoAnswerError."""
+    try:
+        # On the default transport: a listener takes it beside the low-latency one.
+        session = open_session([], connect, live=True)
+    except zenoh.ZError as error:
+        raise NoAnswerError(
+            f"{', '.join(connect)}: no endpoint such as tcp/<host>:<port> or unixsock-stream/<path>"
+        ) from error
+    with session:
+        deadline_ns = wall_ns() + round(limit_s * 1e9)
+        scenario = _reply(session, scenario_key(run), deadline_ns)
+        processes = _reply(session, processes_key(run), deadline_ns)
+    if scenario is None or processes is None:
+        raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}")
+    return Standing(scenario, frozenset(json.loads(processes)))
+
+
+def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:
+    """Have `call` called when the world of `run` is gone, for as long as the result is kept."""
+
+    def note(sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            call()
+
+    return session.liveliness().declare_subscriber(alive_key(run, "world"), note, history=True)
+
+
+def _reply(session: zenoh.Session, key: str, deadline_ns: int) -> bytes | None:
+    """Answer to a query that is put when somebody is there; None when nobody is in time."""
+    changes: SimpleQueue[None] = SimpleQueue()
+    with (
+        session.declare_querier(key, timeout=_left_s(deadline_ns)) as querier,
+        querier.declare_matching_listener(lambda _: changes.put(None)),
+    ):
+        # The stub types the status as a bool; it is an object with a field, always true.
+        while not cast(zenoh.MatchingStatus, querier.matching_status).matching:
+            try:
+                changes.get(timeout=_left_s(deadline_ns))
+            except Empty:
+                return None
+        for reply in querier.get():
+            if reply.ok is not None:
+                return reply.ok.payload.to_bytes()
+    return None
+
+
+def _left_s(deadline_ns: int) -> float:
+    return max(0.001, (deadline_ns - wall_ns()) * 1e-9)

@@ -1,0 +1,100 @@
+"""A vehicle without Zenvoy: it follows on its own radar (FM), in real time. README.md says more."""
+
+import json
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+import messages_pb2 as pb
+import zenoh
+
+LINK = ("gap", "speed", "gap_std", "speed_std", "predicted_gap", "predicted_speed")
+NOTHING = pb.LinkEstimate(**dict.fromkeys(LINK, float("nan")), measured_ns=-1)
+SPEEDS = dict.fromkeys(("speed", "speed_std", "predicted_speed"), float("nan"))
+UNKNOWN = {"ahead": NOTHING, "behind": NOTHING, "age_ns": -1, **SPEEDS}  # it estimates nothing
+READS, GONE = {"sense": pb.Sense, "receive": pb.Receive}, "the world is gone"
+
+
+def follow(sense, control):
+    """FM: acceleration, m/s², from the gap ahead, its rate of change and the own speed."""
+    if not sense.HasField("ahead"):
+        return {"mode": pb.MODE_CONSTANT_SPEED}
+    gains, limit = control["gains"], control["acceleration_limit_mps2"]
+    a = gains["k_d"] * (sense.ahead.gap - control["desired_gap_m"])
+    a += gains["k_v"] * sense.ahead.speed
+    a += gains["k_c"] * (control["desired_speed_mps"] - sense.speed)
+    return {"mode": pb.MODE_FM, "acceleration": max(-limit, min(limit, a))}
+
+
+def drive(came, beacons, commands, scenario):
+    """Beacon on each sense, command at t_k + v2v_wait; returns when the world is gone."""
+    control, speed, period_ns = scenario["control"], scenario["speed"], scenario["period_ms"] * 1e6
+    wait_ns, delay_ns = (round(control[key] * 1e6) for key in ("v2v_wait_ms", "system_delay_ms"))
+    due_ns = sense = message = None
+    start_ns, timing = 0, pb.Timing()
+    while message != GONE:
+        left_s = None if due_ns is None else max(0, due_ns - time.monotonic_ns()) * 1e-9
+        try:
+            came_ns, message = came.get(timeout=left_s)
+        except Empty:
+            came_ns, message = time.monotonic_ns(), None
+        if due_ns is not None and came_ns >= due_ns:  # what came by then has been heard
+            at_ns, due_ns = sense.time_ns + wait_ns, None
+            timing.decided_ns = round((time.monotonic_ns() - start_ns) * speed)
+            if timing.decided_ns - at_ns < period_ns:  # else it was stopped meanwhile
+                own = {"cycle": sense.cycle, "vehicle": sense.vehicle, "time_ns": at_ns}
+                own |= {"effective_ns": at_ns + delay_ns, "timing": timing, **UNKNOWN}
+                commands.put(pb.Command(**own, **follow(sense, control)).SerializeToString())
+            timing = pb.Timing()
+        if isinstance(message, pb.Receive) and sense is not None:  # FM does not use them
+            timing.source.extend(message.source)
+            timing.arrived_ns.extend(message.arrived_ns)
+            timing.came_ns.extend([round((came_ns - start_ns) * speed)] * len(message.source))
+        if isinstance(message, pb.Sense):
+            sense, start_ns = message, message.wall_start_ns
+            timing.sensed_ns = round((came_ns - start_ns) * speed)
+            if timing.sensed_ns - sense.time_ns < period_ns:  # else newer ones are waiting
+                due_ns = start_ns + round((sense.time_ns + wait_ns) / speed)
+                fields = (field for field, _ in sense.ListFields() if field.name != "wall_start_ns")
+                own = {field.name: getattr(sense, field.name) for field in fields}
+                beacons.put(pb.Beacon(sequence=sense.cycle, **own).SerializeToString())
+
+
+def matched(asker):
+    """A publisher or querier, once somebody reads it: what is put before that is gone."""
+    with asker.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
+        while not asker.matching_status.matching:
+            changes.recv()
+        return asker
+
+
+def main(vehicle, met):
+    config, came, run = zenoh.Config(), SimpleQueue(), f"zenvoy/{met['run']}"
+    config.insert_json5("connect/endpoints", json.dumps([met["world"][0], met["channel"][0]]))
+    config.insert_json5("listen/endpoints", "[]")
+    config.insert_json5("scouting", "{multicast: {enabled: false}, gossip: {enabled: false}}")
+
+    def hear(kind, sample):
+        came.put((time.monotonic_ns(), kind.FromString(sample.payload.to_bytes())))
+
+    def note(sample):
+        if sample.kind == zenoh.SampleKind.DELETE:
+            came.put((time.monotonic_ns(), GONE))
+
+    with zenoh.open(config) as session:
+        querier = matched(session.declare_querier(f"{run}/scenario"))
+        (told,) = querier.get()
+        scenario, alive = json.loads(told.ok.payload.to_bytes()), session.liveliness()
+        sub, own = session.declare_subscriber, f"{run}/vehicle/{vehicle}"
+        kept = [sub(f"{own}/{key}", partial(hear, kind)) for key, kind in READS.items()]
+        kept += [alive.declare_subscriber(f"{run}/alive/world", note, history=True)]
+        writers = [matched(session.declare_publisher(f"{own}/{x}")) for x in ("beacon", "command")]
+        width = max(2, len(str(scenario["fleet"]["size"])))
+        kept += [alive.declare_token(f"{run}/alive/vehicle-{vehicle:0{width}}")]  # ready
+        drive(came, *writers, scenario)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), json.loads(Path(sys.argv[2]).read_text()))
