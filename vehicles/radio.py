@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 from operator import attrgetter
 
 from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.checks import is_sane
+from zenvoy.bus.mailbox import WINDOW
 from zenvoy.vehicles.controllers import Told
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.relative import Relative
@@ -21,19 +22,31 @@ class Radio:
         self._neighbours, self._everyone = neighbours, neighbours.everyone
         self._age_limit_ns = age_limit_ns
         self._heard: dict[int, pb.Beacon] = {}
+        # What was read before it was heard, by cycle.
+        self._read: dict[int, tuple[pb.Receive, list[pb.Beacon | None]]] = {}
         self._time_ns = 0
+
+    def understands(self, receive: pb.Receive, time_ns: int) -> bool:
+        """Whether all that counts in the frames of the cycle of `time_ns` makes sense.
+
+        It is not read again when it is heard.
+        """
+        beacons = self._beacons_in(receive, time_ns)
+        if not all(beacons):
+            return False
+        if len(self._read) > WINDOW:
+            self._read.clear()
+        self._read[receive.cycle] = receive, beacons
+        return True
 
     def hear(self, receive: pb.Receive, time_ns: int) -> list[pb.Beacon]:
         """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
         self._time_ns = time_ns
-        everyone, payloads = self._everyone, receive.beacon
-        beacons = [
-            beacon
-            for row, source in enumerate(receive.source[:])  # a list is faster to go through
-            if source in everyone and (beacon := self._understood(payloads[row]))
-        ]
+        read, beacons = self._read.pop(receive.cycle, (None, []))
+        if read is not receive:
+            beacons = self._beacons_in(receive, time_ns)
         news = []
-        for beacon in sorted(beacons, key=attrgetter("time_ns")):
+        for beacon in sorted(filter(None, beacons), key=attrgetter("time_ns")):
             heard = self._heard.get(beacon.vehicle)
             if heard is None or beacon.time_ns > heard.time_ns:
                 self._heard[beacon.vehicle] = beacon
@@ -88,20 +101,29 @@ class Radio:
             behind.append(Relative(here - beacon.position + seam, v - beacon.speed))
         return ahead, behind
 
-    def _understood(self, payload: bytes) -> pb.Beacon | None:
-        """Beacon in a frame; None where it makes no sense: anyone may send anything."""
-        try:
-            beacon = pb.Beacon.FromString(payload)
-        except DecodeError:
-            return None
-        motion = beacon.acceleration + beacon.speed + beacon.position
-        plan = beacon.planned_acceleration
-        makes_sense = (
-            isfinite(motion + beacon.ahead.gap + beacon.ahead.speed + sum(plan))
-            and beacon.time_ns <= self._time_ns
-            and len(plan) == len(beacon.planned_from_ns)
-        )
-        return beacon if makes_sense else None
+    def _beacons_in(self, receive: pb.Receive, time_ns: int) -> list[pb.Beacon | None]:
+        """Beacons of those who count, in order of arrival; None for what makes no sense."""
+        everyone, payloads = self._everyone, receive.beacon
+        return [
+            _understood(payloads[row], source, time_ns)
+            for row, source in enumerate(receive.source[:])  # a list is faster to go through
+            if source in everyone
+        ]
+
+
+def _understood(payload: bytes, source: int, time_ns: int) -> pb.Beacon | None:
+    """Beacon in a frame; None where it makes no sense: anyone may send anything."""
+    try:
+        beacon = pb.Beacon.FromString(payload)
+    except DecodeError:
+        return None
+    makes_sense = (
+        is_sane(beacon)
+        and beacon.vehicle == source
+        and beacon.time_ns <= time_ns
+        and len(beacon.planned_acceleration) == len(beacon.planned_from_ns)
+    )
+    return beacon if makes_sense else None
 
 
 def _summed(links: Sequence[pb.Link | None]) -> list[Relative]:
