@@ -8,9 +8,11 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Inbox
 from zenvoy.bus.live import Post
 from zenvoy.bus.packed import PackedCodec, encode_bytes
-from zenvoy.bus.topics import RECEIVE, SENSE
+from zenvoy.bus.refusals import ABSURD
+from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.frames import Frames
 
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
@@ -33,11 +35,13 @@ class LiveVehicle:
         self.name, self.vehicle = self._agent.name, vehicle
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
+        self._fleet = frozenset(range(1, scenario.fleet.size + 1))
         self._cycle = -1  # of the newest sense
         self._sense: Post | None = None  # one that it has not told of yet
         self._sensed_ns = 0
         self._decides_ns: int | None = None  # deadline of the decision on the sense it told of
         self._heard: list[Post] = []  # receives since the last decision
+        self._frames = Frames()
 
     @property
     def due_ns(self) -> int | None:
@@ -48,11 +52,23 @@ class LiveVehicle:
         is_old = came_ns - self._sense.message.time_ns > self._period_ns
         return came_ns + self._settle_ns if is_old else came_ns
 
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """As in lock-step, but frames come at any time."""
+        if topic is SENSE:
+            return self._agent.flaw(topic, vehicle, message)
+        flaw = self._agent.flaw_of_receive(message, None, message.time_ns)
+        if flaw is not None:
+            return flaw
+        arrived = all(arrived_ns <= message.time_ns for arrived_ns in message.arrived_ns)
+        return None if arrived and self._fleet.issuperset(message.source) else ABSURD
+
     def hear(self, post: Post) -> bool:
-        """Keep the newest sense, and what the channel brings."""
+        """Keep the newest sense, and what the channel brings, once."""
         if post.topic is RECEIVE:
-            self._heard.append(post)
-            return True
+            is_new = self._frames.are_new(post.message)
+            if is_new:
+                self._heard.append(post)
+            return is_new
         if post.message.cycle <= self._cycle:
             return False
         self._cycle, self._sense = post.message.cycle, post
