@@ -54,6 +54,16 @@ class LiveAgent(Participant, Protocol):
         """Do what is due; returns what it sends, in order."""
 
 
+def offer(agent: LiveAgent, post: Post) -> str | None:
+    """Let an agent hear of a message without a flaw; the reason where it is refused all the same.
+
+    What bears a time to come is: it would make the agent deaf to all that comes before.
+    """
+    if post.message.time_ns > post.came_ns + _ROUNDING_NS:
+        return EARLY
+    return None if agent.hear(post) else STALE
+
+
 class _Sample(NamedTuple):
     """What Zenoh has handed over, and when (ns of wall time)."""
 
@@ -171,11 +181,9 @@ class LiveBus(Connection):
         return sent_ns - _ROUNDING_NS <= post.came_ns < sent_ns + _AT_ONCE_NS
 
     def _tell(self, post: Post, wall: WallTime) -> None:
-        came_ns = wall.time_ns(post.came_ns)
-        if post.message.time_ns > came_ns + _ROUNDING_NS:
-            self._refuse(EARLY, post)
-        elif not self._agent.hear(post._replace(came_ns=came_ns)):
-            self._refuse(STALE, post)
+        reason = offer(self._agent, post._replace(came_ns=wall.time_ns(post.came_ns)))
+        if reason is not None:
+            self._refuse(reason, post)
 
     def _refuse(self, reason: str, post: Post) -> None:
         self.refusals.add(reason, post.topic.key(self._wiring.run, post.vehicle))

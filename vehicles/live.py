@@ -53,14 +53,14 @@ class LiveVehicle:
         return came_ns + self._settle_ns if is_old else came_ns
 
     def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As in lock-step, but frames come at any time."""
+        """As in lock-step, but frames come at any time: that of the last of them."""
         if topic is SENSE:
             return self._agent.flaw(topic, vehicle, message)
         flaw = self._agent.flaw_of_receive(message, None, message.time_ns)
         if flaw is not None:
             return flaw
-        arrived = all(arrived_ns <= message.time_ns for arrived_ns in message.arrived_ns)
-        return None if arrived and self._fleet.issuperset(message.source) else ABSURD
+        is_last = max(message.arrived_ns, default=message.time_ns) == message.time_ns
+        return None if is_last and self._fleet.issuperset(message.source) else ABSURD
 
     def hear(self, post: Post) -> bool:
         """Keep the newest sense, and what the channel brings, once."""
