@@ -21,6 +21,7 @@ from zenvoy.bus.topics import TOPICS, Topic, alive_key
 from zenvoy.bus.watch import Watch
 
 _WARY_STEPS: Final = 100  # after the last message that was refused
+_MOST_ROUNDS: Final = 1_000  # of emptying queues that fill again, before it looks at its own one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -234,6 +235,7 @@ class ZenohBus(Connection):
         super().__init__(agent, wiring, log)
         self._agent = agent
         self._barrier: Barrier | None = None
+        self._reads: Topic[Any] | None = None  # the stream that it waits for
         self._wary = 0  # steps for which to watch all queues
         self._refused = 0
 
@@ -256,8 +258,10 @@ class ZenohBus(Connection):
         has, wait = self._mailbox.has, self._watch.wait
         for topic, ids in barrier.needs:
             receive = self._subscribers[topic].recv
+            self._reads = topic
             while not has(topic, barrier.cycle, len(ids)):
                 self._take_in(topic, wait(receive))
+        self._reads = None
 
     def _collect_warily(self, barrier: Barrier) -> None:
         """The same without waiting for any one stream."""
@@ -268,17 +272,30 @@ class ZenohBus(Connection):
             wait(pause)
             self._empty_queues()
 
-    def _empty_queues(self) -> None:
+    def _empty_queues(self, but: Topic[Any] | None = None) -> bool:
+        """Whether there was anything in them."""
+        found = False
         for topic, subscriber in self._subscribers.items():
+            if topic is but:
+                continue
             for _ in range(self._capacity):  # what comes meanwhile is for the next time
                 if (sample := subscriber.try_recv()) is None:
                     break
                 self._take_in(topic, sample)
+                found = True
         if self._barrier is not None:  # before that, somebody waits for them
             self._note_tokens()
+        return found
 
     def _stuck(self) -> None:
-        self._empty_queues()  # Zenoh may be held up by one that nobody reads at present
+        """Zenoh may be held up by a queue that nobody reads; the one that is read stays as it is.
+
+        What was taken out of that one would be waited for until the next message comes.
+        """
+        for _ in range(_MOST_ROUNDS):
+            if not self._empty_queues(but=self._reads):
+                break
+            pause()
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
