@@ -10,6 +10,7 @@ from math import isfinite
 from typing import Any, Final
 
 import numpy as np
+from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
@@ -61,6 +62,14 @@ def is_sane(beacon: pb.Beacon) -> bool:
     return isfinite(motion + sum(beacon.planned_acceleration))
 
 
+def is_of(payload: bytes, vehicle: int) -> bool:
+    """Whether it is a beacon of that vehicle, whatever else it says."""
+    try:
+        return pb.Beacon.FromString(payload).vehicle == vehicle
+    except DecodeError:
+        return False
+
+
 def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
     """A number for each vehicle of the fleet."""
     if positions.time_ns != time_ns:
@@ -104,6 +113,8 @@ def flaw_of_links(links: pb.Links, size: int, time_ns: int) -> str | None:
     """Frames as the log has them, of the cycle that the message is for, between the fleet's."""
     if links.time_ns != time_ns:
         return MISTIMED
+    if not links.frames:  # nothing would do for the frames of cycle 0
+        return MALFORMED
     try:
         frames = frames_in(links.frames)
     except ValueError:

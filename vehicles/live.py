@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Inbox
+from zenvoy.bus.checks import is_of
 from zenvoy.bus.live import Post
 from zenvoy.bus.packed import PackedCodec, encode_bytes
 from zenvoy.bus.refusals import ABSURD
@@ -35,7 +36,7 @@ class LiveVehicle:
         self.name, self.vehicle = self._agent.name, vehicle
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
-        self._fleet = frozenset(range(1, scenario.fleet.size + 1))
+        self._others = frozenset(range(1, scenario.fleet.size + 1)) - {vehicle}
         self._cycle = -1  # of the newest sense
         self._sense: Post | None = None  # one that it has not told of yet
         self._sensed_ns = 0
@@ -60,7 +61,11 @@ class LiveVehicle:
         if flaw is not None:
             return flaw
         is_last = max(message.arrived_ns, default=message.time_ns) == message.time_ns
-        return None if is_last and self._fleet.issuperset(message.source) else ABSURD
+        frames = zip(message.source, message.beacon, strict=True)
+        of_others = all(
+            source in self._others and is_of(beacon, source) for source, beacon in frames
+        )
+        return None if is_last and of_others else ABSURD
 
     def hear(self, post: Post) -> bool:
         """Keep the newest sense, and what the channel brings, once."""
