@@ -74,6 +74,9 @@ class Participant(Protocol):
     def vehicle(self) -> int:
         """Number of the vehicle, 0 for the others."""
 
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """Why a message to it makes no sense, in a word; None where it does. It changes nothing."""
+
 
 class Agent(Participant, Protocol):
     """A participant. It never reads a clock, a socket or a global random state."""

@@ -15,6 +15,11 @@ def wall_ns() -> int:
     return time.monotonic_ns()
 
 
+def pause() -> None:
+    """Let others have the processor, for as long as a message takes."""
+    time.sleep(0.0002)
+
+
 @dataclass(frozen=True, slots=True)
 class WallTime:
     """Simulation time on the wall clock: time 0 is at `start_ns`, and runs `speed` times as fast.

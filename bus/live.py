@@ -6,7 +6,7 @@ also where the process gets round to it only later.
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any, Final, NamedTuple, Protocol
@@ -16,10 +16,15 @@ import zenoh
 from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.errors import PayloadError, StalledError
+from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW, STALE
 from zenvoy.bus.topics import Topic
 from zenvoy.bus.zenoh_bus import Connection, Wiring
 
 _LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
+_AT_ONCE_NS: Final = 10_000_000_000  # by when one must have come that says when time 0 was
+_ROUNDING_NS: Final = 1_000_000  # nothing comes earlier before the time that it bears
+_MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport does
+_MOST_EARLY: Final = 1_000
 
 
 class Post(NamedTuple):
@@ -53,6 +58,16 @@ class LiveAgent(Participant, Protocol):
         """Do what is due; returns what it sends, in order."""
 
 
+def offer(agent: LiveAgent, post: Post) -> str | None:
+    """Let an agent hear of a message without a flaw; the reason where it is refused all the same.
+
+    What bears a time to come is: it would make the agent deaf to all that comes before.
+    """
+    if post.message.time_ns > post.came_ns + _ROUNDING_NS:
+        return EARLY
+    return None if agent.hear(post) else STALE
+
+
 class _Sample(NamedTuple):
     """What Zenoh has handed over, and when (ns of wall time)."""
 
@@ -69,7 +84,7 @@ class LiveBus(Connection):
     def __init__(
         self, agent: LiveAgent, wiring: Wiring, speed: float, log: Log | None = None
     ) -> None:
-        super().__init__(agent, wiring, log, Counter())
+        super().__init__(agent, wiring, log)
         self._agent = agent
         self._speed = speed
         self._wall: WallTime | None = None
@@ -135,36 +150,59 @@ class LiveBus(Connection):
         raise StalledError(f"nothing has come from the world for {limit_s:g} s")
 
     def _hear(self, sample: _Sample) -> None:
-        topic = sample.topic
-        admitted = self._admitted(topic, sample.sample)
+        topic, key = sample.topic, str(sample.sample.key_expr)
+        admitted = self._admitted(topic, key, sample.sample)
         if admitted is None:
             return
         vehicle, payload = admitted
         try:
             message = topic.decode(payload)
         except PayloadError:
-            self.rejected["malformed"] += 1
+            self.refusals.add(MALFORMED, key)
             return
         post = Post(topic, vehicle, message, payload, sample.came_ns)
-        if self._wall is not None:
-            self._tell(post, self._wall)
-        elif start_ns := getattr(message, "wall_start_ns", 0):
-            self._wall = WallTime(start_ns, self._speed)
-            for one in (*self._early, post):
-                self._tell(one, self._wall)
-            self._early.clear()
+        flaw = self._agent.flaw(topic, vehicle, message)
+        if flaw is not None:
+            self.refusals.add(flaw, key)
         else:
+            self._place(post)
+
+    def _place(self, post: Post) -> None:
+        """Tell the agent of it, now or once the start is known."""
+        start_ns = getattr(post.message, "wall_start_ns", 0)
+        if self._wall is None and start_ns and self._may_start(post, start_ns):
+            self._wall, early = WallTime(start_ns, self._speed), self._early.copy()
+            self._early.clear()
+            for one in early:
+                self._tell(one, self._wall)
+        if self._wall is None and not start_ns and len(self._early) < _MOST_EARLY:
             self._early.append(post)
+        elif self._wall is None or start_ns not in {0, self._wall.start_ns}:
+            self._refuse(MISTIMED, post)
+        else:
+            self._tell(post, self._wall)
+
+    def _may_start(self, post: Post, start_ns: int) -> bool:
+        """Whether one that says when time 0 was has come at about the time that it bears."""
+        sent_ns = WallTime(start_ns, self._speed).wall_ns(post.message.time_ns)
+        return sent_ns - _ROUNDING_NS <= post.came_ns < sent_ns + _AT_ONCE_NS
 
     def _tell(self, post: Post, wall: WallTime) -> None:
-        if not self._agent.hear(post._replace(came_ns=wall.time_ns(post.came_ns))):
-            self.rejected["stale"] += 1
+        reason = offer(self._agent, post._replace(came_ns=wall.time_ns(post.came_ns)))
+        if reason is not None:
+            self._refuse(reason, post)
+
+    def _refuse(self, reason: str, post: Post) -> None:
+        self.refusals.add(reason, post.topic.key(self._wiring.run, post.vehicle))
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
         keep = self._quiet.append if topic in self._agent.quiet else self._came.put
 
         def store(sample: zenoh.Sample) -> None:
-            keep(_Sample(wall_ns(), topic, sample))
+            if len(self._quiet) + self._came.qsize() < _MOST_QUEUED:
+                keep(_Sample(wall_ns(), topic, sample))
+            else:
+                self.refusals.add(OVERFLOW, topic.name)
 
         return zenoh.handlers.Callback(store, indirect=False)

@@ -3,41 +3,57 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Inbox
 from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.refusals import DUPLICATE, EARLY, MALFORMED, STALE
 from zenvoy.bus.topics import Topic
+
+# Cycles that a message may be ahead of the one taken last: the world begins two at the most before
+# the oldest is over, and a delivery may be one ahead of its cycle. What is farther off is not kept.
+WINDOW: Final = 8
+
+Check = Callable[[Topic[Any], int, Any], str | None]
+"""From topic, vehicle and message to the reason to refuse it, if there is any."""
 
 
 class Mailbox:
     """Messages by topic, cycle and vehicle.
 
-    What does not fit is counted in `rejected` by reason (`malformed`, `stale`, `duplicate`) and
-    changes nothing.
+    What does not fit is counted in `rejected` by reason and changes nothing. `check` has the last
+    word on a message: None for those of a bus that nobody else can write to.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, check: Check | None = None) -> None:
         self.rejected: Counter[str] = Counter()
+        self._check = check
         self._mail: dict[tuple[Topic[Any], int], dict[int, tuple[Any, bytes]]] = {}
         self._taken: dict[Topic[Any], int] = {}
 
-    def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> None:
-        """Decode and keep one message."""
+    def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> str | None:
+        """Decode and keep one message; the reason where it is refused."""
         try:
             message = topic.decode(payload)
         except PayloadError:
-            self.rejected["malformed"] += 1
-            return
-        cycle = message.cycle
-        if cycle <= self._taken.get(topic, -1):
-            self.rejected["stale"] += 1
-            return
-        slot = self._mail.setdefault((topic, cycle), {})
-        if vehicle in slot:
-            self.rejected["duplicate"] += 1
-            return
+            return self._refuse(MALFORMED)
+        cycle, taken = message.cycle, self._taken.get(topic, -1)
+        if not taken < cycle <= taken + WINDOW:
+            return self._refuse(STALE if cycle <= taken else EARLY)
+        slot = self._mail.get((topic, cycle))
+        if slot is not None and vehicle in slot:
+            return self._refuse(DUPLICATE)
+        if self._check is not None and (flaw := self._check(topic, vehicle, message)) is not None:
+            return self._refuse(flaw)
+        if slot is None:
+            slot = self._mail[topic, cycle] = {}
         slot[vehicle] = (message, payload)
+        return None
+
+    def _refuse(self, reason: str) -> str:
+        self.rejected[reason] += 1
+        return reason
 
     def has(self, topic: Topic[Any], cycle: int, count: int) -> bool:
         """Whether `count` vehicles' messages of that topic and cycle are here."""

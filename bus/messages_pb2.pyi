@@ -312,7 +312,7 @@ Global___Positions: _TypeAlias = Positions  # noqa: Y015
 class Receive(_message.Message):
     """channel -> vehicle: every frame that has arrived by time_ns and was not delivered before, in
     order of arrival. The three lists run in parallel. In real time there are as many of them in a
-    cycle as it takes for each frame to come at its own instant.
+    cycle as it takes for each frame to come at its own instant; time_ns is the last one's arrival.
     """
 
     DESCRIPTOR: _descriptor.Descriptor

@@ -7,6 +7,7 @@ process waits, and are remembered otherwise.
 
 from __future__ import annotations
 
+import math
 import signal
 from collections.abc import Callable
 from types import FrameType, TracebackType
@@ -18,6 +19,7 @@ from zenvoy.bus.errors import StalledError, StoppedError
 T = TypeVar("T")
 
 _CHECKS_PER_LIMIT = 20
+_IDLE_S = 0.5
 _GRACE_S = 5.0  # from the request to end until the system ends the process
 
 
@@ -26,12 +28,19 @@ class Watch:
 
     `stall_limit_s` None: wait for ever. `blame` says in words what is missing, or returns None
     where somebody else should be blamed, who has until twice the limit to do so: it is told
-    whether that time has passed.
+    whether that time has passed. `on_idle` is called out of a wait that has lasted for a while, and
+    again and again as it goes on.
     """
 
-    def __init__(self, stall_limit_s: float | None, blame: Callable[[bool], str | None]) -> None:
+    def __init__(
+        self,
+        stall_limit_s: float | None,
+        blame: Callable[[bool], str | None],
+        on_idle: Callable[[], None] = lambda: None,
+    ) -> None:
         self._limit_s = stall_limit_s
         self._blame = blame
+        self._on_idle = on_idle
         self._waiting = False
         self._stopped = False
         self._progress = 0
@@ -39,10 +48,9 @@ class Watch:
 
     def __enter__(self) -> Self:
         signal.signal(signal.SIGTERM, self._on_stop)
-        if self._limit_s is not None:
-            signal.signal(signal.SIGALRM, self._on_alarm)
-            every_s = self._limit_s / _CHECKS_PER_LIMIT
-            signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
+        every_s = min(_IDLE_S, (self._limit_s or math.inf) / _CHECKS_PER_LIMIT)
+        signal.signal(signal.SIGALRM, self._on_alarm)
+        signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
         return self
 
     def __exit__(
@@ -82,12 +90,15 @@ class Watch:
             raise StoppedError("asked to end")
 
     def _on_alarm(self, _signal: int, _frame: FrameType | None) -> None:
-        assert self._limit_s is not None
         progress, since_ns = self._seen
         now_ns = wall_ns()
         if progress != self._progress:
             self._seen = (self._progress, now_ns)
-        elif self._waiting and now_ns - since_ns > self._limit_s * 1e9:
+            return
+        if not self._waiting:
+            return
+        self._on_idle()
+        if self._limit_s is not None and now_ns - since_ns > self._limit_s * 1e9:
             missing = self._blame(now_ns - since_ns > 2 * self._limit_s * 1e9)
             if missing is not None:
                 raise StalledError(f"no progress for {self._limit_s:g} s, waiting for {missing}")

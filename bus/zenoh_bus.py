@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import sys
-from collections import Counter
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self, cast
+from typing import Any, Final, Self, cast
 
 import zenoh
 
 from zenvoy.bus.agent import Agent, Barrier, Envelope, Log, Participant
+from zenvoy.bus.clock import pause
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
+from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
 from zenvoy.bus.session import open_session
-from zenvoy.bus.topics import TOPICS, Topic, alive_key
+from zenvoy.bus.topics import TOPICS, Topic, alive_key, vehicle_name
 from zenvoy.bus.watch import Watch
+
+_WARY_STEPS: Final = 100  # after the last message that was refused
+_MOST_ROUNDS: Final = 1_000  # of emptying queues that fill again, before it looks at its own one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,24 +47,24 @@ class Connection:
     live = False
     """Whether nobody waits for a reader: what one cannot take is dropped."""
 
-    def __init__(
-        self, participant: Participant, wiring: Wiring, log: Log | None, rejected: Counter[str]
-    ) -> None:
+    def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
         self._wiring = wiring
         self._log = log
-        self._known = frozenset(wiring.vehicles)
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
         self._publishers: dict[tuple[Topic[Any], int], zenoh.Publisher] = {}
-        self._vehicle_of_key: dict[str, int] = {}
+        self._vehicle_of_key = _vehicles_by_key(participant, wiring)
         self._joiner = Joiner()
         self._awaited = ""
-        self._watch = Watch(wiring.stall_limit_s, self._blame)
+        self._watch = Watch(wiring.stall_limit_s, self._blame, self._stuck)
         self._alive: zenoh.Subscriber[Any] | None = None
+        self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
+        names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
+        self._names = frozenset({*wiring.waits_for, *names})
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before anybody is waited for."""
-        self.rejected = rejected
-        """Messages that came and were refused, by reason."""
+        self.refusals = Refusals(participant.name)
+        """Messages that came and were refused."""
 
     @property
     def session(self) -> zenoh.Session:
@@ -93,9 +97,7 @@ class Connection:
         trace: TracebackType | None,
     ) -> None:
         self._watch.__exit__(kind, error, trace)
-        if self.rejected:
-            counts = ", ".join(f"{count} {why}" for why, count in sorted(self.rejected.items()))
-            print(f"{self._participant.name}: messages refused: {counts}", file=sys.stderr)
+        self.refusals.tell_counts()
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub has no types for it
@@ -123,17 +125,24 @@ class Connection:
 
     def comings_and_goings(self) -> list[tuple[str, bool]]:
         """Processes whose tokens have come (True) or gone since the last call, in that order."""
-        found = []
-        while self._alive is not None and (sample := self._alive.try_recv()) is not None:
-            name = str(sample.key_expr).rpartition("/")[2]
-            found.append((name, sample.kind == zenoh.SampleKind.PUT))
+        self._note_tokens()
+        found = list(self._tokens)
+        self._tokens.clear()
         return found
 
-    def _admitted(self, topic: Topic[Any], sample: zenoh.Sample) -> tuple[int, bytes] | None:
+    def _note_tokens(self) -> None:
+        while self._alive is not None and (sample := self._alive.try_recv()) is not None:
+            name = str(sample.key_expr).rpartition("/")[2]
+            if name in self._names:  # anyone may show a token
+                self._tokens.append((name, sample.kind == zenoh.SampleKind.PUT))
+
+    def _admitted(
+        self, topic: Topic[Any], key: str, sample: zenoh.Sample
+    ) -> tuple[int, bytes] | None:
         """Vehicle and whole payload of what has come; None for a part, or what is refused."""
-        vehicle = self._vehicle_of(topic, str(sample.key_expr))
+        vehicle = self._vehicle_of_key[topic].get(key)
         if vehicle is None:
-            self.rejected["foreign"] += 1
+            self.refusals.add(FOREIGN, key)
             return None
         payload = sample.payload.to_bytes()
         attachment = sample.attachment
@@ -141,24 +150,20 @@ class Connection:
             try:
                 whole = self._joiner.join((topic, vehicle), payload, attachment.to_bytes())
             except PayloadError:
-                self.rejected["malformed"] += 1
+                self.refusals.add(MALFORMED, key)
                 return None
             if whole is None:
                 return None
             payload = whole
+        if not payload:  # a message of zeros to protobuf, and all that comes of a deletion
+            self.refusals.add(MALFORMED, key)
+            return None
         return vehicle, payload
 
-    def _vehicle_of(self, topic: Topic[Any], key: str) -> int | None:
-        if not topic.per_vehicle:
-            return 0
-        vehicle = self._vehicle_of_key.get(key)
-        if vehicle is None:
-            text = key.split("/")[3]
-            vehicle = int(text) if text.isdecimal() else 0
-            if vehicle not in self._known:
-                return None
-            self._vehicle_of_key[key] = vehicle
-        return vehicle
+    @property
+    def _most_tokens(self) -> int:
+        """Changes of tokens that may wait to be looked at."""
+        return 4 * len(self._wiring.vehicles) + 64
 
     def _subscribe(self) -> None:
         agent, run = self._participant, self._wiring.run
@@ -205,7 +210,7 @@ class Connection:
             return
         self._alive = self._session.liveliness().declare_subscriber(
             alive_key(self._wiring.run),
-            zenoh.handlers.FifoChannel(4 * len(absent) + 64),
+            zenoh.handlers.FifoChannel(self._most_tokens),
             history=True,
         )
         while absent:
@@ -219,22 +224,38 @@ class Connection:
         """What this process waits for, or None where it should not be the one to say so."""
         return self._awaited
 
+    def _stuck(self) -> None:
+        """Called now and then while nothing comes of waiting."""
+
 
 class ZenohBus(Connection):
-    """Drives an agent in lock-step: each of its steps when all that it waits for is there."""
+    """Drives an agent in lock-step: each of its steps when all that it waits for is there.
+
+    It waits for one stream at a time. Zenoh's only thread stands still as long as the queue of
+    another one is full, which no fleet can bring about by itself, but anyone who floods a key. So
+    where messages are refused, or nothing comes, all queues are emptied.
+    """
 
     def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
-        self._mailbox = Mailbox()
-        super().__init__(agent, wiring, log, self._mailbox.rejected)
+        self._mailbox = Mailbox(agent.flaw)
+        super().__init__(agent, wiring, log)
         self._agent = agent
         self._barrier: Barrier | None = None
+        self._reads: Topic[Any] | None = None  # the stream that it waits for
+        self._wary = 0  # steps for which to watch all queues
+        self._refused = 0
 
     def run(self) -> None:
         """Step the agent until it is done; raises StoppedError or StalledError."""
-        agent, mailbox = self._agent, self._mailbox
+        agent, mailbox, refusals = self._agent, self._mailbox, self.refusals
         while (barrier := agent.barrier) is not None:
             self._barrier = barrier
-            self._collect(barrier)
+            if refusals.total != self._refused:
+                self._refused, self._wary = refusals.total, _WARY_STEPS
+            if self._wary:
+                self._collect_warily(barrier)
+            else:
+                self._collect(barrier)
             self._watch.progressed()
             for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
                 self.send(envelope)
@@ -243,16 +264,60 @@ class ZenohBus(Connection):
         has, wait = self._mailbox.has, self._watch.wait
         for topic, ids in barrier.needs:
             receive = self._subscribers[topic].recv
+            self._reads = topic
             while not has(topic, barrier.cycle, len(ids)):
                 self._take_in(topic, wait(receive))
+        self._reads = None
+
+    def _collect_warily(self, barrier: Barrier) -> None:
+        """The same without waiting for any one stream."""
+        self._wary -= 1
+        met, wait = self._mailbox.met, self._watch.wait
+        self._empty_queues()
+        while not met(barrier):
+            wait(pause)
+            self._empty_queues()
+
+    def _empty_queues(self, but: Topic[Any] | None = None) -> bool:
+        """Whether there was anything in them."""
+        found = False
+        for topic, subscriber in self._subscribers.items():
+            if topic is but:
+                continue
+            for _ in range(self._capacity):  # what comes meanwhile is for the next time
+                if (sample := subscriber.try_recv()) is None:
+                    break
+                self._take_in(topic, sample)
+                found = True
+        if self._barrier is not None:  # before that, somebody waits for them
+            self._note_tokens()
+        return found
+
+    def _stuck(self) -> None:
+        """Zenoh may be held up by a queue that nobody reads; the one that is read stays as it is.
+
+        What was taken out of that one would be waited for until the next message comes.
+        """
+        for _ in range(_MOST_ROUNDS):
+            if not self._empty_queues(but=self._reads):
+                break
+            pause()
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
-        admitted = self._admitted(topic, sample)
+        key = str(sample.key_expr)
+        admitted = self._admitted(topic, key, sample)
         if admitted is not None:
-            self._mailbox.put(topic, *admitted)
+            reason = self._mailbox.put(topic, *admitted)
+            if reason is not None:
+                self.refusals.add(reason, key)
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.FifoChannel[zenoh.Sample]:
-        return zenoh.handlers.FifoChannel(8 * len(self._wiring.vehicles) + 64)
+        return zenoh.handlers.FifoChannel(self._capacity)
+
+    @property
+    def _capacity(self) -> int:
+        """Messages of a topic that may wait to be read."""
+        return 8 * len(self._wiring.vehicles) + 64
 
     def _blame(self, in_any_case: bool) -> str | None:
         """What is missing, or None where it is the world that keeps this process waiting."""
@@ -262,6 +327,16 @@ class ZenohBus(Connection):
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):
             return None
         return self._mailbox.describe_missing(self._barrier)
+
+
+def _vehicles_by_key(participant: Participant, wiring: Wiring) -> dict[Topic[Any], dict[str, int]]:
+    """Vehicles of the streams that a participant reads (0: the one for all), by exact key."""
+    own = (participant.vehicle,) if participant.vehicle else wiring.vehicles
+    return {
+        topic: {topic.key(wiring.run, of): of for of in (own if topic.per_vehicle else (0,))}
+        for topic in TOPICS
+        if topic.reader == participant.role and topic.pattern is not None
+    }
 
 
 Answer = Callable[[], bytes]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.checks import flaw_of_beacon, flaw_of_positions
 from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
+from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, Topic
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.rows import Scene
 from zenvoy.channel.transmission import Transmission, Transmitted
@@ -50,6 +51,13 @@ class ChannelAgent:
         # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
         needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
         return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
+
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """Positions and beacons are of the start of their cycle, and of all in the fleet."""
+        start_ns = message.cycle * self._period_ns
+        if topic is POSITIONS:
+            return flaw_of_positions(message, len(self._vehicles), start_ns)
+        return flaw_of_beacon(message, vehicle, start_ns)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Decide the fate of the cycle's frames and deliver what is due."""

@@ -64,16 +64,22 @@ class LiveChannel:
         delivers = () if self._batch is None else (self._batch[0],)
         return min((*delivers, *self._transmissions().values()), default=None)
 
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """As in lock-step."""
+        return self._agent.flaw(topic, vehicle, message)
+
     def hear(self, post: Post) -> bool:
         """Keep positions, and beacons until their frames go on the air."""
         cycle, mail = post.message.cycle, (post.message, post.payload)
+        newest = max(self._positions, default=-1)
         if post.topic is POSITIONS:
+            if cycle in self._positions or cycle <= newest - _KEPT:
+                return False
             self._positions[cycle] = mail
             for of_cycle in (self._positions, self._waiting, self._since_ns):
                 for old in [kept for kept in of_cycle if kept <= cycle - _KEPT]:
                     del of_cycle[old]
             return True
-        newest = max(self._positions, default=-1)
         if not max(self._told[post.vehicle], newest - _KEPT) < cycle <= newest + 1:
             return False
         self._told[post.vehicle] = cycle

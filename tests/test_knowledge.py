@@ -55,6 +55,7 @@ class Cab:
         self.agent = VehicleAgent(settings, vehicle)
         self.vehicle = vehicle
         self.cycle = -1
+        self._mailbox = Mailbox()
 
     def sense(
         self,
@@ -95,7 +96,7 @@ class Cab:
 
     def _step(self, topic: Topic[Any], payload: bytes, answers: Topic[Any]) -> bytes:
         """Hand in the one message that the agent waits for; returns the one that it answers."""
-        barrier, mailbox = self.agent.barrier, Mailbox()
+        barrier, mailbox = self.agent.barrier, self._mailbox
         assert barrier is not None
         mailbox.put(topic, self.vehicle, payload)
         assert mailbox.met(barrier)

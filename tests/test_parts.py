@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -36,14 +37,65 @@ def test_a_lost_part_spoils_its_payload_and_no_other() -> None:
     joiner = Joiner()
     first, _, third = split(bytes(3 * MAX_PAYLOAD_BYTES))
     assert joiner.join("s", *first) is None
-    with pytest.raises(PayloadError, match="part 2 of 3 after 1"):
-        joiner.join("s", *third)
+    assert joiner.join("s", *third) is None
     pieces = list(split(bytes(range(256)) * 500))
     assert [joiner.join("s", *piece) for piece in pieces][-1] == bytes(range(256)) * 500
 
 
+@given(st.integers(2, 4), st.data())
+def test_pieces_of_others_in_between_change_nothing(parts: int, data: st.DataObject) -> None:
+    """Also the piece that came last, again, and pieces that nothing comes of."""
+    joiner = Joiner()
+    payload = bytes(range(250)) * (parts * MAX_PAYLOAD_BYTES // 250)
+    old = [list(split(bytes([number]) * len(payload))) for number in range(3)]
+    for piece in split(payload):
+        for stray in data.draw(st.lists(st.sampled_from([pieces[0] for pieces in old]))):
+            with suppress(PayloadError):
+                assert joiner.join("s", *stray) is None
+        joined = joiner.join("s", *piece)
+        with suppress(PayloadError):
+            assert joiner.join("s", *piece) is None
+    assert joined == payload
+
+
+def test_a_piece_that_was_changed_spoils_its_payload() -> None:
+    joiner = Joiner()
+    (first, attachment), second = split(bytes(2 * MAX_PAYLOAD_BYTES))
+    assert joiner.join("s", first[:-1] + b"!", attachment) is None
+    with pytest.raises(PayloadError, match="do not make the whole"):
+        joiner.join("s", *second)
+    assert [joiner.join("s", *piece) for piece in ((first, attachment), second)][1] is not None
+
+
+def test_a_piece_that_comes_again_is_refused() -> None:
+    joiner = Joiner()
+    first, second = split(bytes(2 * MAX_PAYLOAD_BYTES))
+    joiner.join("s", *first)
+    with pytest.raises(PayloadError, match="part 0 of 2 comes again"):
+        joiner.join("s", *first)
+    assert joiner.join("s", *second) == bytes(2 * MAX_PAYLOAD_BYTES)
+
+
+def test_pieces_that_nothing_comes_of_are_dropped_the_oldest_first() -> None:
+    joiner = Joiner(most_kept_bytes=10 * MAX_PAYLOAD_BYTES)
+    payloads = [bytes([number]) * 2 * MAX_PAYLOAD_BYTES for number in range(50)]
+    for payload in payloads:
+        assert joiner.join("s", *next(split(payload))) is None
+    seconds = [list(split(payload))[1] for payload in reversed(payloads)]
+    joined = [joiner.join("s", *second) is not None for second in seconds]
+    assert joined == [True] * 9 + [False] * 41
+
+
 @pytest.mark.parametrize(
-    "attachment", [b"", b"1234567", struct.pack("<II", 3, 2), struct.pack("<II", 0, 0)]
+    "attachment",
+    [
+        b"",
+        b"1234567",
+        struct.pack("<II", 0, 2),
+        struct.pack("<III", 3, 2, 0),
+        struct.pack("<III", 0, 0, 0),
+        struct.pack("<III", 0, 2**32 - 1, 0),
+    ],
 )
 def test_an_attachment_that_makes_no_sense_is_refused(attachment: bytes) -> None:
     with pytest.raises(PayloadError):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
-from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, vehicle_name
+from zenvoy.bus.refusals import ABSURD
+from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, Topic, vehicle_name
 from zenvoy.scenarios import Scenario, Settings, roster
 from zenvoy.vehicles.beaconing import beaconing
 from zenvoy.vehicles.controllers import Law, PlatoonLaw
@@ -63,6 +65,22 @@ class VehicleAgent:
         if self._senses:
             return Barrier(start_ns, self._cycle, self._needs_sense)
         return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
+
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """Senses and receives are its own and of their time; the beacons that count make sense."""
+        start_ns = message.cycle * self._period_ns
+        if topic is SENSE:
+            return flaw_of_sense(message, self.vehicle, start_ns)
+        return self.flaw_of_receive(message, start_ns + self._wait_ns, start_ns)
+
+    def flaw_of_receive(
+        self, receive: pb.Receive, time_ns: int | None, sent_by_ns: int
+    ) -> str | None:
+        """`time_ns`: when it is to come, where that is known; no beacon was sent past the other."""
+        flaw = flaw_of_receive(receive, self.vehicle, time_ns)
+        if flaw is None and not self._known.radio.understands(receive, sent_by_ns):
+            return ABSURD
+        return flaw
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Beacon on a sense, command on a receive."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from math import isfinite
 from typing import NamedTuple
 
 from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.checks import is_sane
 from zenvoy.vehicles.relative import Relative
 
 
@@ -32,19 +32,16 @@ def understood(payload: bytes) -> Heard | None:
         beacon = pb.Beacon.FromString(payload)
     except DecodeError:
         return None
-    acceleration, speed, position = beacon.acceleration, beacon.speed, beacon.position
     planned_from_ns, planned = beacon.planned_from_ns[:], beacon.planned_acceleration[:]
-    radar = radar_in(beacon)
-    numbers = acceleration + speed + position + sum(planned) + sum(radar or ())
-    if not isfinite(numbers) or len(planned) != len(planned_from_ns):
+    if not is_sane(beacon) or len(planned) != len(planned_from_ns):
         return None
     return Heard(
         beacon.vehicle,
         beacon.time_ns,
-        position,
-        speed,
-        acceleration,
-        radar,
+        beacon.position,
+        beacon.speed,
+        beacon.acceleration,
+        radar_in(beacon),
         tuple(planned_from_ns),
         tuple(planned),
     )

@@ -6,11 +6,14 @@ from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Inbox
+from zenvoy.bus.checks import is_of
 from zenvoy.bus.live import Post
 from zenvoy.bus.packed import PackedCodec, encode_bytes
-from zenvoy.bus.topics import RECEIVE, SENSE
+from zenvoy.bus.refusals import ABSURD
+from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.frames import Frames
 
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
@@ -34,11 +37,13 @@ class LiveVehicle:
         self.name, self.vehicle = self._agent.name, vehicle
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
+        self._others = frozenset(range(1, scenario.fleet.size + 1)) - {vehicle}
         self._cycle = -1  # of the newest sense
         self._sense: Post | None = None  # one that it has not told of yet
         self._sensed_ns = 0
         self._decides_ns: int | None = None  # deadline of the decision on the sense it told of
         self._heard: list[Post] = []  # receives since the last decision
+        self._frames = Frames()
 
     @property
     def due_ns(self) -> int | None:
@@ -49,11 +54,27 @@ class LiveVehicle:
         is_old = came_ns - self._sense.message.time_ns > self._period_ns
         return came_ns + self._settle_ns if is_old else came_ns
 
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """As in lock-step, but frames come at any time: that of the last of them."""
+        if topic is SENSE:
+            return self._agent.flaw(topic, vehicle, message)
+        flaw = self._agent.flaw_of_receive(message, None, message.time_ns)
+        if flaw is not None:
+            return flaw
+        is_last = max(message.arrived_ns, default=message.time_ns) == message.time_ns
+        frames = zip(message.source, message.beacon, strict=True)
+        of_others = all(
+            source in self._others and is_of(beacon, source) for source, beacon in frames
+        )
+        return None if is_last and of_others else ABSURD
+
     def hear(self, post: Post) -> bool:
-        """Keep the newest sense, and what the channel brings."""
+        """Keep the newest sense, and what the channel brings, once."""
         if post.topic is RECEIVE:
-            self._heard.append(post)
-            return True
+            is_new = self._frames.are_new(post.message)
+            if is_new:
+                self._heard.append(post)
+            return is_new
         if post.message.cycle <= self._cycle:
             return False
         self._cycle, self._sense = post.message.cycle, post

@@ -21,17 +21,14 @@ class Radio:
         self._heard: dict[int, Heard] = {}
         self._time_ns = 0
 
+    def understands(self, receive: pb.Receive, time_ns: int) -> bool:
+        """Whether all that counts in the frames of the cycle of `time_ns` makes sense."""
+        return all(self._beacons_in(receive, time_ns))
+
     def hear(self, receive: pb.Receive, time_ns: int) -> list[Heard]:
         """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
         self._time_ns = time_ns
-        everyone, payloads = self._everyone, receive.beacon
-        beacons = [
-            beacon
-            for row, source in enumerate(receive.source[:])  # a list is faster to go through
-            if source in everyone
-            and (beacon := understood(payloads[row]))
-            and beacon.time_ns <= time_ns
-        ]
+        beacons = list(filter(None, self._beacons_in(receive, time_ns)))
         beacons.sort(key=attrgetter("time_ns"))
         news = []
         for beacon in beacons:
@@ -88,6 +85,19 @@ class Radio:
                 break
             behind.append(Relative(here - beacon.position + seam, v - beacon.speed))
         return ahead, behind
+
+    def _beacons_in(self, receive: pb.Receive, time_ns: int) -> list[Heard | None]:
+        """Beacons of those who count, in order of arrival; None for what makes no sense."""
+        everyone, payloads = self._everyone, receive.beacon
+        return [
+            beacon
+            if (beacon := understood(payloads[row]))
+            and beacon.vehicle == source
+            and beacon.time_ns <= time_ns
+            else None
+            for row, source in enumerate(receive.source[:])  # a list is faster to go through
+            if source in everyone
+        ]
 
 
 def _summed(links: Sequence[Relative | None]) -> list[Relative]:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.checks import flaw_of_command, flaw_of_links
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.packed import tag
-from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH
+from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH, Topic
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
@@ -50,7 +51,8 @@ class WorldAgent:
         self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
         self._chronicle = Chronicle(scenario)
         self._counts_neighbours = any("MBCM" in told.models for told in roster(scenario))
-        delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+        self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
+        delay_ns = self._wait_ns + self._delay_ns
         self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
         self._step = 0
         self.stopped = False
@@ -68,6 +70,14 @@ class WorldAgent:
         # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
         needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
         return Barrier(now_ns, newest, needs)
+
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """Commands and links are of their own cycle, and take effect when they are to."""
+        start_ns = message.cycle * self._period_ns
+        if topic is LINKS:
+            return flaw_of_links(message, len(self._vehicles), start_ns)
+        decided_ns = start_ns + self._wait_ns
+        return flaw_of_command(message, vehicle, decided_ns, decided_ns + self._delay_ns)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Move the truth to `now_ns` and begin a cycle there; log what has become known."""

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
+from zenvoy.bus.checks import flaw_of_timing
 from zenvoy.bus.live import Post
-from zenvoy.bus.topics import COMMAND, EVENTS, LINKS
+from zenvoy.bus.topics import COMMAND, EVENTS, LINKS, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live_rows import (
@@ -93,6 +96,13 @@ class LiveWorld:
         ended = self._world.stopped or self._cycle - self._lag >= self._cycles
         return ended and self._over is None
 
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """As in lock-step; a command's report of the clock is logged as well."""
+        flaw = self._world.flaw(topic, vehicle, message)
+        if flaw is not None or topic is LINKS:
+            return flaw
+        return flaw_of_timing(message.timing, len(self._vehicles))
+
     def hear(self, post: Post) -> bool:
         """Keep what the channel tells; let a command take effect, in time or at once."""
         cycle = post.message.cycle
@@ -114,10 +124,16 @@ class LiveWorld:
         return True
 
     def _keep(self, cycle: int, frames: bytes) -> bool:
+        """Keep a table of frames; False where it does not hold, or its senders' were told of."""
         try:
-            self._frames.setdefault(cycle, []).append(frames_in(frames))
+            table = frames_in(frames)
         except ValueError:
             return False
+        tables = self._frames.setdefault(cycle, [])
+        if any(np.isin(table["source"], told["source"]).any() for told in tables):
+            return False
+        if not tables or len(table["source"]):
+            tables.append(table)
         return True
 
     def act(self, now_ns: int) -> list[Envelope]:

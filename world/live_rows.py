@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.bus import checks
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.packed import PackedCodec
@@ -51,15 +52,7 @@ def frames_in(payload: bytes) -> Columns:
 
     Beside the rows, `busy_ratio` by vehicle; empty where it is not told, as is `hops`.
     """
-    table = _FRAMES.decode(payload)
-    columns = {name: column for name, column in table.items() if column.ndim}
-    rows = len(columns["source"])
-    lengths = {name: len(column) for name, column in columns.items() if name != "busy_ratio"}
-    if not lengths["hops"]:
-        del lengths["hops"]
-    if set(lengths.values()) != {rows}:
-        raise ValueError("columns of frames differ in length")
-    return columns
+    return {name: column for name, column in checks.frames_in(payload).items() if column.ndim}
 
 
 def joined(tables: Sequence[Columns]) -> Columns:

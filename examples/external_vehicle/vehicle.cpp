@@ -2,7 +2,6 @@
 #include <google/protobuf/text_format.h>
 #include <unistd.h>
 #include <zenoh.h>
-#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -85,25 +84,27 @@ int main(int, char **argv) {
     z_owned_sample_t sample;
     for (; z_recv(z_loan(senses), &sample) == Z_OK; z_drop(z_move(sample))) {
         zenvoy::Sense sense;
+        zenvoy::Beacon beacon;
         sense.ParseFromString(content(z_loan(sample)));
         auto wall_ns = std::chrono::steady_clock::now().time_since_epoch().count();
         int64_t now_ns = (wall_ns - sense.wall_start_ns()) * of("/speed");
         if (now_ns - sense.time_ns() > of("/period_ms") * 1e6) continue;  // it was stopped
-        zenvoy::Beacon beacon;
-        sense.clear_wall_start_ns();  // the rest has the same names in a beacon
-        google::protobuf::TextFormat::PrintToString(sense, &text);
+        // The rest of a sense has the same names in a beacon.
+        sense.clear_wall_start_ns(), google::protobuf::TextFormat::PrintToString(sense, &text);
         google::protobuf::TextFormat::ParseFromString(text, &beacon);
-        beacon.set_sequence(sense.cycle());
+        beacon.set_sequence(sense.cycle()), beacon.add_planned_from_ns(sense.time_ns());
+        beacon.add_planned_acceleration(sense.acceleration());
         put(beacons, beacon.SerializeAsString());
         zenvoy::Command command;
         google::protobuf::TextFormat::ParseFromString(UNKNOWN, &command);
         command.set_cycle(sense.cycle()), command.set_vehicle(sense.vehicle());
         command.set_time_ns(sense.time_ns() + int64_t(of("/control/v2v_wait_ms") * 1e6));
         command.set_effective_ns(command.time_ns() + int64_t(of("/control/system_delay_ms") * 1e6));
-        auto &timing = *command.mutable_timing();  // it decides at once, on no frames
+        auto &timing = *command.mutable_timing();  // it decides on no frames
         timing.set_sensed_ns(now_ns), timing.set_decided_ns(now_ns);
         command.set_mode(sense.has_ahead() ? zenvoy::MODE_FM : zenvoy::MODE_CONSTANT_SPEED);
         if (sense.has_ahead()) command.set_acceleration(follow(sense, scenario["control"]));
+        usleep(std::max(0.0, (command.time_ns() - now_ns) / of("/speed") * 1e-3));
         put(commands, command.SerializeAsString());
     }
 }

@@ -32,11 +32,10 @@ def drive(came, beacons, commands, scenario):
     """Beacon on each sense, command at t_k + v2v_wait; returns when the world is gone."""
     control, speed, period_ns = scenario["control"], scenario["speed"], scenario["period_ms"] * 1e6
     wait_ns, delay_ns = (round(control[key] * 1e6) for key in ("v2v_wait_ms", "system_delay_ms"))
-    due_ns = sense = message = None
-    start_ns, timing = 0, pb.Timing()
+    due_ns, sense, message, start_ns, timing = None, None, None, 0, pb.Timing()
     while message != GONE:
-        left_s = None if due_ns is None else max(0, due_ns - time.monotonic_ns()) * 1e-9
         try:
+            left_s = None if due_ns is None else max(0, due_ns - time.monotonic_ns()) * 1e-9
             came_ns, message = came.get(timeout=left_s)
         except Empty:
             came_ns, message = time.monotonic_ns(), None
@@ -44,8 +43,8 @@ def drive(came, beacons, commands, scenario):
             at_ns, due_ns = sense.time_ns + wait_ns, None
             timing.decided_ns = round((time.monotonic_ns() - start_ns) * speed)
             if timing.decided_ns - at_ns < period_ns:  # else it was stopped meanwhile
-                own = {"cycle": sense.cycle, "vehicle": sense.vehicle, "time_ns": at_ns}
-                own |= {"effective_ns": at_ns + delay_ns, "timing": timing, **UNKNOWN}
+                own = {"cycle": sense.cycle, "vehicle": sense.vehicle, "time_ns": at_ns, **UNKNOWN}
+                own |= {"effective_ns": at_ns + delay_ns, "timing": timing}
                 commands.put(pb.Command(**own, **follow(sense, control)).SerializeToString())
             timing = pb.Timing()
         if isinstance(message, pb.Receive) and sense is not None:  # FM does not use them
@@ -57,9 +56,10 @@ def drive(came, beacons, commands, scenario):
             timing.sensed_ns = round((came_ns - start_ns) * speed)
             if timing.sensed_ns - sense.time_ns < period_ns:  # else newer ones are waiting
                 due_ns = start_ns + round((sense.time_ns + wait_ns) / speed)
-                fields = (field for field, _ in sense.ListFields() if field.name != "wall_start_ns")
-                own = {field.name: getattr(sense, field.name) for field in fields}
-                beacons.put(pb.Beacon(sequence=sense.cycle, **own).SerializeToString())
+                own = {of.name: x for of, x in sense.ListFields() if of.name != "wall_start_ns"}
+                plan = pb.Beacon(planned_acceleration=[sense.acceleration], sequence=sense.cycle)
+                plan.planned_from_ns.append(sense.time_ns)
+                beacons.put(pb.Beacon(**own).SerializeToString() + plan.SerializeToString())
 
 
 def matched(asker):

@@ -1,0 +1,147 @@
+"""Whether a message makes sense: what its reader knows of it before it is used. Pure.
+
+Each function returns the reason to refuse a message, None where there is none. It says nothing
+about who wrote it: what is well made in all of this cannot be told from the real one.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any, Final
+
+import numpy as np
+from google.protobuf.message import DecodeError
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.refusals import ABSURD, FOREIGN, MALFORMED, MISTIMED
+
+_FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
+_MODES: Final = range(len(pb.Mode.values()))
+_OUTCOMES: Final = range(1, len(pb.Outcome.values()))
+_PER_ROW: Final = (
+    "source",
+    "destination",
+    "sequence",
+    "sent_ns",
+    "arrived_ns",
+    "latency_ns",
+    "distance",
+    "outcome",
+)
+
+
+def flaw_of_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
+    """Of `vehicle`, at the start of its cycle, `time_ns`."""
+    if sense.vehicle != vehicle:
+        return FOREIGN
+    if sense.time_ns != time_ns:
+        return MISTIMED
+    ahead = sense.ahead
+    motion = sense.position + sense.speed + sense.acceleration + ahead.gap + ahead.speed
+    return None if isfinite(motion) else ABSURD
+
+
+def flaw_of_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None:
+    """As of a sense. No rule counts faster than cycles, and channels step through all numbers."""
+    if beacon.vehicle != vehicle:
+        return FOREIGN
+    if beacon.time_ns != time_ns:
+        return MISTIMED
+    planned = len(beacon.planned_acceleration)
+    if len(beacon.planned_from_ns) != planned or bool(planned) == beacon.silent:
+        return MALFORMED  # without a plan a sense would pass for a beacon
+    return None if is_sane(beacon) and beacon.sequence <= beacon.cycle else ABSURD
+
+
+def is_sane(beacon: pb.Beacon) -> bool:
+    """Whether all of a beacon's numbers are finite."""
+    ahead = beacon.ahead
+    motion = beacon.acceleration + beacon.speed + beacon.position + ahead.gap + ahead.speed
+    return isfinite(motion + sum(beacon.planned_acceleration))
+
+
+def is_of(payload: bytes, vehicle: int) -> bool:
+    """Whether it is a beacon of that vehicle, whatever else it says."""
+    try:
+        return pb.Beacon.FromString(payload).vehicle == vehicle
+    except DecodeError:
+        return False
+
+
+def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
+    """A number for each vehicle of the fleet."""
+    if positions.time_ns != time_ns:
+        return MISTIMED
+    if len(positions.position) != size:
+        return MALFORMED
+    return None if isfinite(sum(positions.position)) else ABSURD
+
+
+def flaw_of_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:
+    """Without a look into the beacons; time_ns None: in real time, at any time."""
+    if receive.vehicle != vehicle:
+        return FOREIGN
+    if time_ns is not None and receive.time_ns != time_ns:
+        return MISTIMED
+    rows = len(receive.source)
+    in_step = len(receive.beacon) == rows and len(receive.arrived_ns) == rows
+    return None if in_step else MALFORMED
+
+
+def flaw_of_command(
+    command: pb.Command, vehicle: int, time_ns: int, effective_ns: int
+) -> str | None:
+    """Decided at `time_ns`, in effect from `effective_ns` on."""
+    if command.vehicle != vehicle:
+        return FOREIGN
+    if command.time_ns != time_ns or command.effective_ns != effective_ns:
+        return MISTIMED
+    return None if isfinite(command.acceleration) and command.mode in _MODES else ABSURD
+
+
+def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:
+    """A report of real time within a command, with frames of the fleet's."""
+    rows = len(timing.source)
+    if len(timing.arrived_ns) != rows or len(timing.came_ns) != rows:
+        return MALFORMED
+    return None if all(1 <= source <= size for source in timing.source) else ABSURD
+
+
+def flaw_of_links(links: pb.Links, size: int, time_ns: int) -> str | None:
+    """Frames as the log has them, of the cycle that the message is for, between the fleet's."""
+    if links.time_ns != time_ns:
+        return MISTIMED
+    if not links.frames:  # nothing would do for the frames of cycle 0
+        return MALFORMED
+    try:
+        frames = frames_in(links.frames)
+    except ValueError:
+        return MALFORMED
+    if frames["cycle"] != links.cycle or frames["time_ns"] != time_ns:
+        return MISTIMED
+    if len(frames["busy_ratio"]) not in {0, size}:
+        return MALFORMED
+    ends_fit = _within(frames["source"], range(1, size + 1)) and _within(
+        frames["destination"], range(1, size + 1)
+    )
+    return None if ends_fit and _within(frames["outcome"], _OUTCOMES) else ABSURD
+
+
+def frames_in(payload: bytes) -> dict[str, NDArray[Any]]:
+    """Fields of a serialized Frames: columns by frame and receiver; raises ValueError.
+
+    And `busy_ratio` by vehicle, empty where it is not told, as is `hops`; cycle and time.
+    """
+    table = _FRAMES.decode(payload)
+    rows = len(table["source"])
+    if any(len(table[name]) != rows for name in _PER_ROW) or len(table["hops"]) not in {0, rows}:
+        raise ValueError("columns of frames differ in length")
+    return table
+
+
+def _within(column: NDArray[Any], allowed: range) -> bool:
+    return not len(column) or bool(
+        np.min(column) >= allowed.start and np.max(column) < allowed.stop
+    )

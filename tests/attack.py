@@ -1,0 +1,263 @@
+"""A fleet of processes with one more among them, which sends mutated messages to all the others.
+
+    python -m tests.attack SCENARIO.yaml OUT MUTANTS_PER_CYCLE
+
+Vehicles listen nowhere, and peers do not relay: so here they connect to the attacker as well, as
+they would where somebody sat on their link. It hears all that is said and sends, in each cycle,
+rubbish and what it has made of real messages. Never what could pass for the real one: whole bodies
+of the present cycle with a true head cannot be told apart by anyone, but for those who have keys.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import sys
+import tempfile
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import zenoh
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.mailbox import WINDOW
+from zenvoy.bus.session import open_session
+from zenvoy.bus.topics import BEACON, CLOCK, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.cli.fleet import process_table
+from zenvoy.cli.guests import meeting
+from zenvoy.cli.run import labels_of, make_folder
+from zenvoy.cli.spawn import Program
+from zenvoy.cli.supervisor import Death, Supervisor
+from zenvoy.scenarios import load
+from zenvoy.vehicles.process import run_vehicle
+
+READ: Final = (SENSE, BEACON, RECEIVE, COMMAND, POSITIONS, LINKS)
+MARK: Final = 2.8125
+"""m/s², in what is made up; no controller decides exactly that."""
+FIRST_CYCLE: Final = 12
+
+
+def streams(run: str, size: int) -> dict[str, tuple[Topic[Any], int]]:
+    """Topic and vehicle (0: none) of every stream that somebody reads, by key."""
+    return {
+        topic.key(run, vehicle): (topic, vehicle)
+        for topic in READ
+        for vehicle in (range(1, size + 1) if topic.per_vehicle else (0,))
+    }
+
+
+class Seen(NamedTuple):
+    """A real message."""
+
+    topic: Topic[Any]
+    vehicle: int
+    payload: bytes
+    cycle: int
+
+
+class Mutant(NamedTuple):
+    """What is sent; payload None: a deletion."""
+
+    key: str
+    payload: bytes | None
+    attachment: bytes | None = None
+
+
+class Mutator:
+    """Makes mutants of what it has seen. `size` is that of the fleet."""
+
+    def __init__(self, run: str, size: int, seed: int) -> None:
+        self._run, self._size = run, size
+        self._random = random.Random(seed)
+        self._seen: deque[Seen] = deque(maxlen=4_000)
+        self._newest = 0
+        self._makers: tuple[Callable[[Seen], Mutant], ...] = (
+            self._rubbish,
+            self._cut,
+            self._flipped,
+            self._replayed,
+            self._of_another_cycle,
+            self._of_another_time,
+            self._of_another_vehicle,
+            self._on_a_foreign_key,
+            self._on_another_stream,
+            self._in_parts,
+            self._deleted,
+        )
+
+    def see(self, seen: Seen) -> None:
+        """Learn a real message."""
+        self._seen.append(seen)
+        self._newest = max(self._newest, seen.cycle)
+
+    def mutants(self, count: int) -> Iterator[Mutant]:
+        """So many of all kinds."""
+        for number in range(count if self._seen else 0):
+            maker = self._makers[number % len(self._makers)]
+            yield maker(self._random.choice(self._seen))
+
+    def _key(self, seen: Seen) -> str:
+        return seen.topic.key(self._run, seen.vehicle)
+
+    def _old(self, seen: Seen) -> Seen:
+        """One whose cycle is over for everybody; `seen` or the oldest."""
+        return seen if seen.cycle < self._newest - WINDOW else self._seen[0]
+
+    def _rubbish(self, seen: Seen) -> Mutant:
+        return Mutant(self._key(seen), self._random.randbytes(self._random.randrange(1, 200)))
+
+    def _cut(self, seen: Seen) -> Mutant:
+        seen = self._old(seen)
+        length = self._random.randrange(1, max(2, len(seen.payload)))
+        return Mutant(self._key(seen), seen.payload[:length])
+
+    def _flipped(self, seen: Seen) -> Mutant:
+        seen = self._old(seen)
+        payload = bytearray(seen.payload)
+        for _ in range(self._random.randrange(1, 8)):
+            payload[self._random.randrange(len(payload))] ^= 1 << self._random.randrange(8)
+        return Mutant(self._key(seen), bytes(payload))
+
+    def _replayed(self, seen: Seen) -> Mutant:
+        """Also of the present cycle."""
+        return Mutant(self._key(seen), seen.payload)
+
+    def _of_another_cycle(self, seen: Seen) -> Mutant:
+        message = self._marked(seen)
+        steps = [*range(-20, 0), *range(1, 20), 100, 10**9]
+        message.cycle = min(max(0, seen.cycle + self._random.choice(steps)), 2**32 - 1)
+        if message.cycle == seen.cycle:
+            message.cycle = 2**32 - 1
+        return Mutant(self._key(seen), message.SerializeToString())
+
+    def _of_another_time(self, seen: Seen) -> Mutant:
+        message = self._marked(seen)
+        steps = (-(10**8), 1, 10**6, 10**8, 10**15)
+        times = [*(message.time_ns + step for step in steps), -(2**63), 2**63 - 1]
+        message.time_ns = self._random.choice(times)
+        message.cycle = self._newest + self._random.randrange(4)
+        if message.time_ns // 10**8 == message.cycle:
+            message.time_ns = -1
+        return Mutant(self._key(seen), message.SerializeToString())
+
+    def _of_another_vehicle(self, seen: Seen) -> Mutant:
+        """With the present cycle and time: what another one has said."""
+        if not seen.topic.per_vehicle:
+            return self._on_a_foreign_key(seen)
+        other = seen.vehicle % self._size + 1
+        return Mutant(seen.topic.key(self._run, other), seen.payload)
+
+    def _on_a_foreign_key(self, seen: Seen) -> Mutant:
+        own = self._key(seen)
+        strangers = [f"vehicle/{who}/{what}" for who in (0, 99, "x", "٣") for what in _NAMES]
+        keys = ["**", "*/*/**", *(f"zenvoy/{self._run}/{end}" for end in (*strangers, "**"))]
+        keys += [own.rpartition("/")[0] + "/*", f"zenvoy/*/{own.split('/', 2)[2]}"]
+        return Mutant(self._random.choice(keys), seen.payload)
+
+    def _on_another_stream(self, seen: Seen) -> Mutant:
+        other = self._random.choice([topic for topic in READ if topic is not seen.topic])
+        return Mutant(other.key(self._run, seen.vehicle or 1), seen.payload)
+
+    def _in_parts(self, seen: Seen) -> Mutant:
+        attachment = self._random.randbytes(self._random.choice((3, 12, 12, 12)))
+        if self._random.random() < 0.5:  # a part for which all others are missing
+            attachment = b"\0\0\0\0" + b"\2\0\0\0" + attachment[-3:] + b"\0"
+        return Mutant(self._key(seen), seen.payload, attachment)
+
+    def _deleted(self, seen: Seen) -> Mutant:
+        return Mutant(self._key(seen), None)
+
+    def _marked(self, seen: Seen) -> Any:
+        message = seen.topic.decode(seen.payload)
+        if hasattr(message, "acceleration"):
+            message.acceleration = self._random.choice((MARK, float("nan"), 1e308))
+        return message
+
+
+_NAMES: Final = ("sense", "beacon", "receive", "command")
+
+
+def attack(run: str, size: int, links: tuple[str, list[str]], per_cycle: int, live: bool) -> None:
+    """Send mutants without a pause, from FIRST_CYCLE to the end; `links`: where to listen, to go.
+
+    It never keeps the fleet waiting for it to read: that stops a run in lock-step, as any reader
+    can that does not read.
+    """
+    listen, connect = links
+    with open_session([listen], connect, live=live) as session:
+        ticks = session.declare_subscriber(CLOCK.key(run), zenoh.handlers.RingChannel(1))
+        topics = streams(run, size)
+        mutator = Mutator(run, size, seed=1)
+        while pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle < 2:
+            pass  # who subscribes before the real reader is there would be taken for it
+        heard = session.declare_subscriber(
+            f"zenvoy/{run}/**", zenoh.handlers.RingChannel(1_000), allowed_origin=_OTHERS
+        )
+        drop = zenoh.CongestionControl.DROP if live else zenoh.CongestionControl.BLOCK
+        while True:
+            cycle = pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle
+            while (sample := heard.try_recv()) is not None:
+                of = topics.get(str(sample.key_expr))
+                if of is not None and sample.attachment is None:
+                    payload = sample.payload.to_bytes()
+                    mutator.see(Seen(*of, payload, of[0].decode(payload).cycle))
+            if cycle < FIRST_CYCLE:
+                continue
+            for key, payload_sent, attachment in mutator.mutants(per_cycle):
+                if payload_sent is None:
+                    session.delete(key, congestion_control=drop)
+                else:
+                    session.put(key, payload_sent, attachment=attachment, congestion_control=drop)
+
+
+_OTHERS: Final = zenoh.Locality.REMOTE
+
+
+def main(scenario: Path, out: Path, per_cycle: int) -> list[Death]:
+    """Run the scenario under attack; the deaths of processes."""
+    loaded = load(scenario)
+    folder = make_folder(out, loaded.name)
+    labels = labels_of(loaded, "zenoh")
+    deaths: list[Death] = []
+    with tempfile.TemporaryDirectory(prefix="zt-") as sockets:
+        met = meeting(labels.run, Path(sockets), ())
+        table = process_table(
+            loaded.scenario, labels, folder / "run.mcap", Path(sockets), lambda _: None, met
+        )
+        here = f"unixsock-stream/{sockets}/attacker"
+        size, live = loaded.scenario.fleet.size, loaded.scenario.clock == "realtime"
+        attacker = Program(
+            name="attacker",
+            run=labels.run,
+            main=partial(attack, labels.run, size, (here, list(met.connect)), per_cycle, live),
+            essential=False,
+        )
+        programs = [*(_within_reach(program, here) for program in table), attacker]
+        read_fd, write_fd = os.pipe()
+        with Supervisor(programs, folder / "logs") as supervisor:
+            death = supervisor.watch(read_fd, lambda _: None, deaths.append)
+        os.close(read_fd)
+        os.close(write_fd)
+    return deaths if death is None else [*deaths, death]
+
+
+def _within_reach(program: Program, attacker: str) -> Program:
+    """The program, with a link to the attacker where it is a vehicle's."""
+    main = program.main
+    assert isinstance(main, partial)
+    if main.func is not run_vehicle:
+        return program
+    scenario, vehicle, wiring = main.args
+    linked = replace(wiring, connect=(*wiring.connect, attacker))
+    return replace(program, main=partial(run_vehicle, scenario, vehicle, linked))
+
+
+if __name__ == "__main__":
+    ended = main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))
+    for one in ended:
+        print(one.name, one.status, *one.tail, sep="\n", file=sys.stderr)
+    sys.exit(bool(ended))
