@@ -72,13 +72,13 @@ class Air:
     def batch(self, cycle: int, until_ns: int) -> tuple[int, list[Envelope]]:
         """When the last of the frames arrives that do by `until_ns`, and receives with these.
 
-        None for a vehicle that gets none. The frames stay in flight until they have `landed`.
-        Raises ValueError where there are none.
+        None for a vehicle that gets none; each is of the time at which its own last one arrives.
+        The frames stay in flight until they have `landed`. Raises ValueError where there are none.
         """
         due = self._due(until_ns)
         at_ns = int(self._arrived_ns[due].max())
         vehicles = np.unique(self._destination[due]).tolist()
-        return at_ns, self._receives(due, vehicles, cycle, at_ns)
+        return at_ns, self._receives(due, vehicles, cycle, None)
 
     def landed(self, until_ns: int) -> None:
         """Forget the frames that have arrived by `until_ns`."""
@@ -91,18 +91,22 @@ class Air:
         return due[np.lexsort(keys)]
 
     def _receives(
-        self, due: Ints, vehicles: Sequence[int], cycle: int, time_ns: int
+        self, due: Ints, vehicles: Sequence[int], cycle: int, time_ns: int | None
     ) -> list[Envelope]:
-        """A receive for each of `vehicles`, in order, with its own of the rows that are due."""
+        """A receive for each of `vehicles`, in order, with its own of the rows that are due.
+
+        Of `time_ns`, or of the arrival of its last frame.
+        """
         bounds = np.searchsorted(self._destination[due], [*vehicles, len(self._vehicles) + 1])
         source = self._source[due].astype("<u4").tobytes()
-        arrived = self._arrived_ns[due].astype("<i8").tobytes()
+        arrived_ns = self._arrived_ns[due]
+        arrived = arrived_ns.astype("<i8").tobytes()
         beacons = self._beacons[self._number[due] - self._first_number].tolist()
         receives = []
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
         for vehicle, (start, end) in zip(vehicles, spans, strict=True):
             pieces = (
-                _HEAD.encode(cycle, time_ns, vehicle),
+                _HEAD.encode(cycle, arrived_ns[end - 1] if time_ns is None else time_ns, vehicle),
                 encode_bytes(_SOURCE, source[4 * start : 4 * end]),
                 encode_bytes(_ARRIVED, arrived[8 * start : 8 * end]),
                 *beacons[start:end],

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import zenoh
 
 from zenvoy.bus.live import LiveBus
+from zenvoy.bus.session import give_way
 from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import VehicleAgent
@@ -30,4 +31,6 @@ def run_vehicle(
         bus = ZenohBus(VehicleAgent(scenario, vehicle), wiring)
     with bus:
         on_joined(bus.session)
+        if isinstance(bus, LiveBus):
+            give_way()
         bus.run()

@@ -11,7 +11,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import flaw_of_timing
 from zenvoy.bus.live import Post
-from zenvoy.bus.topics import COMMAND, EVENTS, LINKS, Topic
+from zenvoy.bus.topics import EVENTS, LINKS, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live_rows import (
@@ -54,7 +54,7 @@ class LiveWorld:
     role = "world"
     name = "world"
     vehicle = 0
-    quiet = frozenset({COMMAND, LINKS})
+    quiet: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:
         self._world = WorldAgent(scenario)
