@@ -6,20 +6,21 @@ also where the process gets round to it only later.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
+from queue import Empty
 from typing import Any, Final, NamedTuple, Protocol
 
 import zenoh
 
 from zenvoy.bus.agent import Envelope, Log, Participant
+from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.errors import PayloadError, StalledError
 from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW, STALE
 from zenvoy.bus.topics import Topic
 from zenvoy.bus.zenoh_bus import Connection, Wiring
 
+_FOR_EVER_S: Final = 1e9
 _LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
 _AT_ONCE_NS: Final = 10_000_000_000  # by when one must have come that says when time 0 was
 _ROUNDING_NS: Final = 1_000_000  # nothing comes earlier before the time that it bears
@@ -88,8 +89,7 @@ class LiveBus(Connection):
         self._agent = agent
         self._speed = speed
         self._wall: WallTime | None = None
-        self._came: SimpleQueue[_Sample] = SimpleQueue()
-        self._quiet: deque[_Sample] = deque()
+        self._came = Arrivals[_Sample]()
         self._next: _Sample | None = None
         self._early: list[Post] = []  # what came before the start was known, by wall time
 
@@ -132,19 +132,17 @@ class LiveBus(Connection):
             try:
                 self._next = self._watch.wait(lambda: self._take(until_ns))
             except Empty:
-                if not self._quiet:
-                    return None
-                self._next = self._quiet.popleft()
+                return None
         return self._next
 
     def _take(self, until_ns: int | None) -> _Sample:
         """The next of the queue; raises Empty, or StalledError where nobody gives the time."""
         if until_ns is not None:
-            return self._came.get(timeout=max(0, until_ns - wall_ns()) * 1e-9)
-        limit_s = self._wiring.stall_limit_s
+            return self._came.get(until_ns)
+        limit_s = self._wiring.stall_limit_s or _FOR_EVER_S
         for _ in range(2):  # one who was stopped past the limit wakes up with nothing yet to read
             try:
-                return self._came.get(timeout=limit_s)
+                return self._came.get(wall_ns() + round(limit_s * 1e9))
             except Empty:
                 continue
         raise StalledError(f"nothing has come from the world for {limit_s:g} s")
@@ -197,10 +195,11 @@ class LiveBus(Connection):
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
-        keep = self._quiet.append if topic in self._agent.quiet else self._came.put
+        came, is_quiet = self._came, topic in self._agent.quiet
+        keep = came.put_quietly if is_quiet else came.put
 
         def store(sample: zenoh.Sample) -> None:
-            if len(self._quiet) + self._came.qsize() < _MOST_QUEUED:
+            if len(came) < _MOST_QUEUED:
                 keep(_Sample(wall_ns(), topic, sample))
             else:
                 self.refusals.add(OVERFLOW, topic.name)

@@ -1,0 +1,72 @@
+"""Who is woken for what, and that nothing is left behind."""
+
+from __future__ import annotations
+
+import threading
+from queue import Empty
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenvoy.bus.arrivals import Arrivals
+from zenvoy.bus.clock import wall_ns
+
+FAR_NS = 3_600_000_000_000
+
+
+def soon() -> int:
+    return wall_ns() + 1_000_000
+
+
+def test_nothing_is_told_when_the_time_has_come() -> None:
+    with pytest.raises(Empty):
+        Arrivals[int]().get(soon())
+    with pytest.raises(Empty):
+        Arrivals[int]().get(0)
+
+
+def test_what_is_quiet_is_there_at_the_deadline() -> None:
+    arrivals = Arrivals[int]()
+    arrivals.put_quietly(1)
+    arrivals.put_quietly(2)
+    assert [arrivals.get(soon()), arrivals.get(soon())] == [1, 2]
+    with pytest.raises(Empty):
+        arrivals.get(soon())
+
+
+def test_what_is_loud_wakes_and_much_that_is_quiet_does_too() -> None:
+    arrivals = Arrivals[str]()
+    for number in range(7):
+        arrivals.put_quietly(f"quiet {number}")
+    arrivals.put("loud")
+    assert arrivals.get(wall_ns() + FAR_NS) == "loud"  # nobody waits for the deadline
+    arrivals.put_quietly("quiet 7")
+    told = [arrivals.get(wall_ns() + FAR_NS) for _ in range(8)]
+    assert told == [f"quiet {number}" for number in range(8)]
+    assert len(arrivals) == 0
+
+
+def test_a_reader_in_another_thread_is_woken() -> None:
+    arrivals = Arrivals[int]()
+    writer = threading.Thread(target=arrivals.put, args=(5,))
+    writer.start()
+    assert arrivals.get(wall_ns() + FAR_NS) == 5
+    writer.join()
+
+
+@given(st.lists(st.booleans(), max_size=60))
+def test_nothing_is_lost_or_doubled_and_each_kind_keeps_its_order(loud: list[bool]) -> None:
+    arrivals = Arrivals[tuple[bool, int]]()
+    for number, is_loud in enumerate(loud):
+        (arrivals.put if is_loud else arrivals.put_quietly)((is_loud, number))
+    told: list[tuple[bool, int]] = []
+    while True:
+        try:
+            told.append(arrivals.get(0))
+        except Empty:
+            break
+    for kind in (True, False):
+        wanted = [number for number, is_loud in enumerate(loud) if is_loud == kind]
+        assert [number for is_loud, number in told if is_loud == kind] == wanted
+    assert len(told) == len(loud)
