@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -16,21 +17,23 @@ class Frames:
     """
 
     def __init__(self) -> None:
-        self._known: dict[tuple[int, int], None] = {}  # in the order in which they came
+        self._known: set[tuple[int, int]] = set()
+        self._order: deque[tuple[int, int]] = deque()  # as they came
         self._newest_ns = 0
 
     def are_new(self, receive: pb.Receive) -> bool:
         """Whether a receive has frames, all for the first time; if so, they are remembered."""
-        rows = dict.fromkeys(zip(receive.source, receive.arrived_ns, strict=True))
+        rows = set(zip(receive.source, receive.arrived_ns, strict=True))
         oldest_ns = self._newest_ns - _REMEMBERED_NS
-        if not rows or any(row in self._known or row[1] <= oldest_ns for row in rows):
+        if not rows or not rows.isdisjoint(self._known) or min(receive.arrived_ns) <= oldest_ns:
             return False
         self._known |= rows
-        self._newest_ns = max([self._newest_ns, *receive.arrived_ns])
+        self._order += rows
+        self._newest_ns = max(self._newest_ns, *receive.arrived_ns)
         self._forget(self._newest_ns - _REMEMBERED_NS)
         return True
 
     def _forget(self, until_ns: int) -> None:
         """Drop the oldest; one that came out of order stays until those before it are dropped."""
-        while self._known and (oldest := next(iter(self._known)))[1] <= until_ns:
-            del self._known[oldest]
+        while self._order and self._order[0][1] <= until_ns:
+            self._known.discard(self._order.popleft())
