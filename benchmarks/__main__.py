@@ -20,6 +20,7 @@ from benchmarks.channel import CHANNELS, cycle_ms
 from benchmarks.convoy import convoy_rate
 from benchmarks.facts import facts
 from benchmarks.helics_federates import helics_steps
+from benchmarks.realtime import delivery_p99_ms
 from zenvoy.scenarios import Channel
 
 ROUNDS = 3
@@ -125,7 +126,19 @@ What the channel's agent takes for a cycle in which everyone beacons and has 20 
 from the beacons as they come to what is delivered and logged, without Zenoh.
 """,
 )
-PARTS = (CYCLES, STRINGS, CHANNEL)
+REALTIME = Part(
+    "ms",
+    [
+        Row(f"real time, {size} vehicle processes", partial(delivery_p99_ms, size))
+        for size in (10, 20, 40)
+    ],
+    """\
+By how much frames came later than the instant drawn for them, 99th percentile of 20 s in real
+time: quickstart with fleets of other sizes, and decisions 25 ms into the cycle. docs/real-time.md
+has more figures, from longer runs.
+""",
+)
+PARTS = (CYCLES, STRINGS, CHANNEL, REALTIME)
 
 
 def main() -> None:
@@ -147,13 +160,15 @@ def _rates(parts: Sequence[Part], console: Console) -> dict[str, list[float]]:
             for row in part.rows:
                 rate = row.rate()
                 rates[row.name].append(rate)
-                told = f"round {round_} of {ROUNDS}: {row.name}: {rate:,.0f} {part.unit}"
+                told = f"round {round_} of {ROUNDS}: {row.name}: {rate:,.1f} {part.unit}"
                 console.print(told, highlight=False)
     return rates
 
 
 def _cells(rates: Sequence[float]) -> tuple[str, str]:
-    return f"{median(rates):,.0f}", f"{min(rates):,.0f} to {max(rates):,.0f}"
+    digits = 0 if median(rates) >= 20 else 1
+    middle, low, high = (f"{rate:,.{digits}f}" for rate in (median(rates), min(rates), max(rates)))
+    return middle, f"{low} to {high}"
 
 
 def _table(part: Part, rates: Mapping[str, Sequence[float]]) -> Table:

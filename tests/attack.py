@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import zenoh
+from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import WINDOW
@@ -117,10 +118,12 @@ class Mutator:
 
     def _flipped(self, seen: Seen) -> Mutant:
         seen = self._old(seen)
-        payload = bytearray(seen.payload)
-        for _ in range(self._random.randrange(1, 8)):
-            payload[self._random.randrange(len(payload))] ^= 1 << self._random.randrange(8)
-        return Mutant(self._key(seen), bytes(payload))
+        while True:
+            payload = bytearray(seen.payload)
+            for _ in range(self._random.randrange(1, 8)):
+                payload[self._random.randrange(len(payload))] ^= 1 << self._random.randrange(8)
+            if not _arrives_at_another_time(seen, bytes(payload)):
+                return Mutant(self._key(seen), bytes(payload))
 
     def _replayed(self, seen: Seen) -> Mutant:
         """Also of the present cycle."""
@@ -179,6 +182,19 @@ class Mutator:
 
 
 _NAMES: Final = ("sense", "beacon", "receive", "command")
+
+
+def _arrives_at_another_time(seen: Seen, payload: bytes) -> bool:
+    """Whether flips have hit both times of a receive alike: a frame as good as a real one."""
+    if seen.topic is not RECEIVE:
+        return False
+    try:
+        message = pb.Receive.FromString(payload)
+    except DecodeError:
+        return False
+    real = pb.Receive.FromString(seen.payload)
+    last_ns = max(message.arrived_ns, default=message.time_ns)
+    return message.time_ns != real.time_ns and last_ns == message.time_ns
 
 
 def attack(run: str, size: int, links: tuple[str, list[str]], per_cycle: int, live: bool) -> None:
