@@ -13,7 +13,8 @@ from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import NoAnswerError
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import alive_key, processes_key, scenario_key
-from zenvoy.bus.zenoh_bus import Answer, answer
+
+Answer = Callable[[], bytes]
 
 
 class Standing(NamedTuple):
@@ -90,3 +91,13 @@ def _reply(session: zenoh.Session, key: str, deadline_ns: int) -> bytes | None:
 
 def _left_s(deadline_ns: int) -> float:
     return max(0.001, (deadline_ns - wall_ns()) * 1e-9)
+
+
+def answer(session: zenoh.Session, key: str, payload: Answer) -> zenoh.Queryable[None]:
+    """Queryable that answers each query on `key` with `payload()`, from a thread of its own."""
+
+    def reply(query: zenoh.Query) -> None:
+        with query:
+            query.reply(key, payload())
+
+    return session.declare_queryable(key, reply)

@@ -15,10 +15,10 @@ import zenoh
 from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
+from zenvoy.bus.connection import Connection, Wiring
 from zenvoy.bus.errors import PayloadError, StalledError
 from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW, STALE
 from zenvoy.bus.topics import Topic
-from zenvoy.bus.zenoh_bus import Connection, Wiring
 
 _FOR_EVER_S: Final = 1e9
 _LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from zenvoy.bus.connection import Wiring
 from zenvoy.bus.live import LiveBus
-from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
+from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
 from zenvoy.scenarios import Scenario

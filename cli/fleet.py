@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.connection import Wiring
 from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import vehicle_name
-from zenvoy.bus.zenoh_bus import Wiring
 from zenvoy.channel.process import run_channel
 from zenvoy.cli.guests import Meeting
 from zenvoy.cli.spawn import Program

@@ -12,11 +12,11 @@ from pydantic import ValidationError
 from rich.console import Console
 from setproctitle import setproctitle
 
+from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import BusError, NoAnswerError, StalledError, StoppedError
 from zenvoy.bus.joining import ask, at_end
 from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import vehicle_name
-from zenvoy.bus.zenoh_bus import Wiring
 from zenvoy.cli.guests import GuestsError, read_meeting
 from zenvoy.cli.terminal import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_PROCESS_LOST
 from zenvoy.scenarios import Scenario

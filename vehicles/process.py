@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import zenoh
 
+from zenvoy.bus.connection import Wiring
 from zenvoy.bus.live import LiveBus
 from zenvoy.bus.session import give_way
-from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
+from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle

@@ -9,11 +9,12 @@ import zenoh
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StoppedError
 from zenvoy.bus.joining import offer
 from zenvoy.bus.live import LiveBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
-from zenvoy.bus.zenoh_bus import Wiring, ZenohBus
+from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live import LiveWorld
