@@ -124,6 +124,7 @@ def _draw(runs: Mapping[Point, Sequence[Digest]]) -> Figure:
                     _line(axis, impairment, means, style, model, label)
             if impairment.logarithmic:
                 axis.set_xscale("log")
+        axes[row, 0].set_ylim(bottom=0.0)  # intervals may reach below, neither quantity does
     for axis, impairment in zip(axes[-1], IMPAIRMENTS, strict=True):
         axis.set_xlabel(impairment.title)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)

@@ -93,7 +93,7 @@ def _files(found: dict[Point, list[Digest]], command: str) -> dict[str, bytes]:
         f"second half of {end_s:g} s; below, the spread of speed over its last 20 s. Solid with "
         "circles: vehicles fall back to FM on their radar while what they have heard is more than "
         "a second old. Dashed with crosses: they go by it however old it is. Bars: 95 % intervals "
-        "over seeds."
+        "over seeds, cut at 0."
     )
     drawing = drawn(shown := picture(found, caption))
     text = [
