@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
-from zenvoy.channel.pairs import pairs
+from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
@@ -47,7 +47,7 @@ class Access:
         channel, size = scenario.channel, scenario.fleet.size
         medium, technology = channel.medium, TECHNOLOGIES[channel.technology]
         self._seed, self._size, self._period_ns = scenario.seed, size, scenario.period_ns
-        self._range_m = medium.carrier_sense_m or technology.range_m
+        self._range_m = medium.carrier_sense_m  # None: as far as frames are received
         self._space_ns = aifs_ns(medium.aifsn)
         self._backoffs = Backoffs(scenario.seed, medium.contention_window)
         self._busy_until_ns = np.zeros(size, dtype=np.int64)
@@ -60,9 +60,11 @@ class Access:
         """Which of those that have a frame may send it, (n,): congestion control may say no."""
         return speaks if self._dcc is None else self._dcc.allowed(speaks, sent_ns)
 
-    def air(self, rows: Rows, sends: Bools, sequence: Ints, scene: Scene) -> Airing:
-        """Send the frames of a cycle; sends, sequence: (n,)."""
-        senses = pairs(scene.position, self._range_m, scene.ring_length_m)
+    def air(self, rows: Rows, reach: Pairs, sends: Bools, sequence: Ints, scene: Scene) -> Airing:
+        """Send the frames of a cycle; reach: who is in range of whom; sends, sequence: (n,)."""
+        senses = reach
+        if self._range_m is not None:
+            senses = pairs(scene.position, self._range_m, scene.ring_length_m)
         near = senses.only(senses.in_range)
         first = np.searchsorted(near.source, np.arange(self._size + 1))
         hearing = Hearing(first, near.destination)
@@ -104,15 +106,15 @@ def collided(rows: Rows, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bo
     own = start_ns[rows.source]
     low = np.searchsorted(starts, own - on_air_ns, side="right")
     count = np.searchsorted(starts, own + on_air_ns, side="left") - low
-    row = np.repeat(np.arange(len(own)), count)
-    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    other = senders[np.repeat(low, count) + within]
+    # A row per frame, receiver and overlapping transmission: there are many.
+    row = np.repeat(np.arange(len(own), dtype=np.int32), count)
+    at = np.repeat((low - np.cumsum(count) + count).astype(np.int32), count)
+    at += np.arange(len(at), dtype=np.int32)
+    other = senders.astype(np.int32)[at]
     receiver = rows.destination[row]
-    codes = np.repeat(np.arange(n), np.diff(hearing.first)) * n + hearing.stations
-    code = other * n + receiver
-    at = np.minimum(np.searchsorted(codes, code), max(len(codes) - 1, 0))
-    reaches = codes[at] == code if len(codes) else np.zeros(len(code), dtype=np.bool_)
-    disturbs = (other != rows.source[row]) & (reaches | (other == receiver))
+    reaches = np.zeros((n, n), dtype=np.bool_)  # a megabyte for 1,000: faster than any search
+    reaches[np.repeat(np.arange(n), np.diff(hearing.first)), hearing.stations] = True
+    disturbs = (other != rows.source[row]) & (reaches[other, receiver] | (other == receiver))
     found = own < 0
     found[row[disturbs]] = True
     return found

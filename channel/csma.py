@@ -66,6 +66,17 @@ class Backoffs:
             self._drawn[key] = np.floor(draws * self._slots).astype(np.int64).tolist()
         return self._drawn[key][at]
 
+    def draw(self, stations: Ints, sequences: Ints) -> None:
+        """Draw the first tries of all of these at once: one by one costs 50 times as much."""
+        numbers = np.arange(_BLOCK)
+        keys = (stations[:, None] + 1, numbers, sequences[:, None])
+        draws, _ = uniforms(self._seed, Purpose.BACKOFF, *keys)
+        slots = np.floor(draws * self._slots).astype(np.int64).tolist()
+        for key, row in zip(
+            zip(stations.tolist(), sequences.tolist(), strict=True), slots, strict=True
+        ):
+            self._drawn[*key, 0] = row
+
     def forget(self) -> None:
         """Drop what was drawn for frames that have been sent."""
         self._drawn.clear()
@@ -95,6 +106,7 @@ def contend(
     last_ns = (ready_ns + patience_ns).tolist()
     first, stations = hearing.first.tolist(), hearing.stations
     numbers = sequence.tolist()
+    backoffs.draw(ready, sequence[ready])
     while events:
         now_ns, kind, i = heappop(events)
         if kind == _SENSED:

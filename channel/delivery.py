@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.flat import FlatEncoder
-from zenvoy.bus.packed import encode_bytes
+from zenvoy.bus.packed import encode_bytes, tag, varint
 from zenvoy.bus.topics import RECEIVE
 
 Ints = NDArray[np.int64]
 
 _HEAD: Final = FlatEncoder(pb.Receive.DESCRIPTOR, leave_out=("source", "arrived_ns", "beacon"))
-_SOURCE: Final = pb.Receive.SOURCE_FIELD_NUMBER
-_ARRIVED: Final = pb.Receive.ARRIVED_NS_FIELD_NUMBER
+_SOURCE: Final = tag(pb.Receive.SOURCE_FIELD_NUMBER, 2)
+_ARRIVED: Final = tag(pb.Receive.ARRIVED_NS_FIELD_NUMBER, 2)
 _BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
 
 
@@ -107,8 +107,12 @@ class Air:
         for vehicle, (start, end) in zip(vehicles, spans, strict=True):
             pieces = (
                 _HEAD.encode(cycle, arrived_ns[end - 1] if time_ns is None else time_ns, vehicle),
-                encode_bytes(_SOURCE, source[4 * start : 4 * end]),
-                encode_bytes(_ARRIVED, arrived[8 * start : 8 * end]),
+                _SOURCE,
+                varint(4 * (end - start)),
+                source[4 * start : 4 * end],
+                _ARRIVED,
+                varint(8 * (end - start)),
+                arrived[8 * start : 8 * end],
                 *beacons[start:end],
             )
             receives.append(Envelope(RECEIVE, vehicle, b"".join(pieces)))

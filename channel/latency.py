@@ -27,6 +27,7 @@ Delays = Callable[[Floats], Ints]
 
 _NS_PER_MS: Final = 1e6
 _BELOW_ONE: Final = 1.0 - 2.0**-53
+_TAIL: Final = 0.01
 
 
 class LatencyModel:
@@ -94,7 +95,26 @@ def _gamma(latency: Latency) -> Delays:
     mean, std = (latency.mean_ms or 0.0) - low, latency.std_ms or 0.0
     shape, scale = (mean / std) ** 2, std**2 / mean
     within = 1.0 if high is None else float(gammainc(shape, (high - low) / scale))
-    return lambda draws: _ns(low + scale * gammaincinv(shape, _portion(draws, within)))
+    quantile = _gamma_quantile(shape)
+    return lambda draws: _ns(low + scale * quantile(_portion(draws, within)))
+
+
+def _gamma_quantile(shape: float) -> Callable[[Floats], Floats]:
+    """That of a gamma distribution of scale 1: straight lines between 8,192 points, tails exact.
+
+    Half a microsecond each would be half the cost of a cycle. In the portion between the tails the
+    lines are off by less than a ten-thousandth of the standard deviation.
+    """
+    portions = np.linspace(_TAIL, 1.0 - _TAIL, 8_192)
+    points = gammaincinv(shape, portions)
+
+    def quantile(portion: Floats) -> Floats:
+        value: Floats = np.interp(portion, portions, points)
+        tail = (portion < _TAIL) | (portion > 1.0 - _TAIL)
+        value[tail] = gammaincinv(shape, portion[tail])
+        return value
+
+    return quantile
 
 
 def _pareto(latency: Latency) -> Delays:

