@@ -16,7 +16,10 @@ def wall_ns() -> int:
 
 
 def pause() -> None:
-    """Let others have the processor, for as long as a message takes."""
+    """Let others have the processor, for as long as a message takes.
+
+    For who watches several queues, of which Zenoh can wait for one alone.
+    """
     time.sleep(0.0002)
 
 

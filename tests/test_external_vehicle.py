@@ -82,7 +82,7 @@ def without_zenvoy(
     with subprocess.Popen(
         [*program, "2", str(folder / "out" / "connect.json")],
         env=environment,
-        preexec_fn=die_with_the_tests,  # noqa: PLW1509
+        preexec_fn=die_with_the_tests,  # noqa: PLW1509  # no threads here that could hold a lock
     ) as process:
         try:
             yield process
