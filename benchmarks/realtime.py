@@ -37,12 +37,17 @@ class Kept:
 
 
 def keep(
-    vehicles: int, duration_s: float, settings: tuple[str, ...] = SLACK, scenario: str = SCENARIO
+    vehicles: int,
+    duration_s: float,
+    settings: tuple[str, ...] = SLACK,
+    scenario: str = SCENARIO,
+    per_process: int = 1,
 ) -> Kept:
-    """Run a fleet of this size in real time."""
+    """Run a fleet of this size in real time, so many vehicles to a process."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-realtime-") as folder:
         out = Path(folder, "run")
         command = [sys.executable, "-m", "zenvoy.cli.app", "run", scenario, "--realtime"]
+        command += ["--vehicles-per-process", f"{per_process}"]
         for setting in (f"fleet.size={vehicles}", *settings):
             command += ["--set", setting]
         before = _cpu_s()
@@ -93,6 +98,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", type=int, default=SIZES, help="vehicles")
     parser.add_argument("--duration-s", type=float, default=120.0)
+    parser.add_argument("--vehicles-per-process", type=int, default=1)
     parser.add_argument("--scenario", default=SCENARIO)
     parser.add_argument("--set", action="append", dest="settings", help=f"instead of {SLACK}")
     told = parser.parse_args()
@@ -111,7 +117,7 @@ def main() -> None:
         title="Lateness, ms: median / 99th percentile / most",
     )
     for vehicles in told.sizes:
-        kept = keep(vehicles, told.duration_s, settings, told.scenario)
+        kept = keep(vehicles, told.duration_s, settings, told.scenario, told.vehicles_per_process)
         table.add_row(str(vehicles), *_row(kept))
     Console(width=160).print(table)
 

@@ -50,6 +50,13 @@ class Inbox:
         message: M = decoded
         return message
 
+    def each(self) -> list[Inbox]:
+        """An inbox for each vehicle, in order: its own message of each topic."""
+        shares = zip(*self._mail.values(), strict=True)
+        return [
+            Inbox({t: [one] for t, one in zip(self._mail, share, strict=True)}) for share in shares
+        ]
+
     def payloads(self, topic: Topic[M]) -> list[bytes]:
         """Messages of `topic` as they were on the wire, in order of vehicle."""
         return [payload for _, payload in self._mail[topic]]
@@ -71,8 +78,8 @@ class Participant(Protocol):
         """`world`, `channel` or `vehicle`: which topics it reads."""
 
     @property
-    def vehicle(self) -> int:
-        """Number of the vehicle, 0 for the others."""
+    def vehicles(self) -> tuple[int, ...]:
+        """Numbers of the vehicles that it is; none for world and channel."""
 
     def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Why a message to it makes no sense, in a word; None where it does. It changes nothing."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self, cast
@@ -12,6 +12,7 @@ import zenoh
 
 from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.hosts import Bundle, Host, Parcel, unpack
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
 from zenvoy.bus.session import open_session
@@ -30,6 +31,7 @@ class Wiring:
     waits_for: tuple[str, ...] = ()  # processes that must be ready before this one says it is
     stall_limit_s: float | None = None
     absent: frozenset[int] = frozenset()  # vehicles that may join later: nobody waits for them
+    shared: tuple[Host, ...] = ()  # processes that are several vehicles
 
 
 class Connection:
@@ -47,15 +49,23 @@ class Connection:
         self._wiring = wiring
         self._log = log
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
-        self._publishers: dict[tuple[Topic[Any], int], zenoh.Publisher] = {}
-        self._vehicle_of_key = _vehicles_by_key(participant, wiring)
+        self._publishers: dict[str, zenoh.Publisher] = {}
+        self._host_of = {vehicle: host for host in wiring.shared for vehicle in host.vehicles}
+        self._keys = {
+            (topic, vehicle): self._key(topic, vehicle)
+            for topic in TOPICS
+            if topic.pattern is not None
+            for vehicle in (wiring.vehicles if topic.per_vehicle else (0,))
+        }
+        self._whose = self._vehicles_by_key()
         self._joiner = Joiner()
         self._awaited = ""
         self._watch = Watch(wiring.stall_limit_s, self._blame, self._stuck)
         self._alive: zenoh.Subscriber[Any] | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
-        self._names = frozenset({*wiring.waits_for, *names})
+        shared = (host.name for host in wiring.shared)
+        self._names = frozenset({*wiring.waits_for, *names, *shared})
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before anybody is waited for."""
         self.refusals = Refusals(participant.name)
@@ -97,22 +107,49 @@ class Connection:
             return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub has no types for it
 
-    def send(self, envelope: Envelope) -> None:
-        """Log a message, publish it, or both, as its topic says."""
-        topic, vehicle, payload, time_ns = envelope
-        if topic.logged_as is not None and self._log is not None:
-            self._log(topic, time_ns, payload)
-        if topic.pattern is not None:
-            self.publish(topic, payload, vehicle)
+    def send(self, envelopes: Iterable[Envelope]) -> None:
+        """Log messages, publish them, or both, as their topics say, in order.
 
-    def publish(self, topic: Topic[Any], payload: bytes, vehicle: int = 0) -> None:
-        """Put a payload on the topic's key, in parts where it is too large for one message."""
-        publisher = self._publishers[topic, vehicle]
+        What is of the vehicles of one process goes together, as far as it goes into a message:
+        with the last of them, or in the end.
+        """
+        bundles: dict[str, Bundle] = {}
+        for topic, vehicle, payload, time_ns in envelopes:
+            if topic.logged_as is not None and self._log is not None:
+                self._log(topic, time_ns, payload)
+            if topic.pattern is None:
+                continue
+            key, host = self._keys[topic, vehicle], self._host_of.get(vehicle)
+            if host is None:
+                self._publish(key, payload)
+                continue
+            bundle = bundles.setdefault(key, Bundle())
+            if not bundle.has_room(payload):
+                self._publish(key, bundle.pack())
+            bundle.add(vehicle, payload)
+            if len(bundle) == len(host.vehicles):
+                self._publish(key, bundle.pack())
+        for key, bundle in bundles.items():
+            if len(bundle):
+                self._publish(key, bundle.pack())
+
+    def publish(self, topic: Topic[Any], payload: bytes) -> None:
+        """Put a payload on the key of a topic that is of no vehicle."""
+        self._publish(self._keys[topic, 0], payload)
+
+    def _publish(self, key: str, payload: bytes) -> None:
+        """Put a payload on a key, in parts where it is too large for one message."""
+        publisher = self._publishers[key]
         if len(payload) <= MAX_PAYLOAD_BYTES:
             publisher.put(payload)
             return
         for piece, attachment in split(payload):
             publisher.put(piece, attachment=attachment)
+
+    def _key(self, topic: Topic[Any], vehicle: int) -> str:
+        """Key of a topic of a vehicle (0: none), or of the process that it shares."""
+        host, run = self._host_of.get(vehicle), self._wiring.run
+        return topic.key(run, vehicle) if host is None else topic.shared_key(run, host.name)
 
     def lost_processes(self) -> list[str]:
         """Processes whose tokens have gone since the last call."""
@@ -131,29 +168,32 @@ class Connection:
             if name in self._names:  # anyone may show a token
                 self._tokens.append((name, sample.kind == zenoh.SampleKind.PUT))
 
-    def _admitted(
-        self, topic: Topic[Any], key: str, sample: zenoh.Sample
-    ) -> tuple[int, bytes] | None:
-        """Vehicle and whole payload of what has come; None for a part, or what is refused."""
-        vehicle = self._vehicle_of_key[topic].get(key)
-        if vehicle is None:
+    def _admitted(self, topic: Topic[Any], key: str, sample: zenoh.Sample) -> Sequence[Parcel]:
+        """Vehicles and whole payloads of what has come; nothing of a part, or what is refused."""
+        whose = self._whose[topic].get(key)
+        if whose is None:
             self.refusals.add(FOREIGN, key)
-            return None
+            return ()
         payload = sample.payload.to_bytes()
         attachment = sample.attachment
-        if attachment is not None:
-            try:
-                whole = self._joiner.join((topic, vehicle), payload, attachment.to_bytes())
-            except PayloadError:
-                self.refusals.add(MALFORMED, key)
-                return None
-            if whole is None:
-                return None
-            payload = whole
-        if not payload:  # a message of zeros to protobuf, and all that comes of a deletion
+        try:
+            if attachment is not None:
+                whole = self._joiner.join(key, payload, attachment.to_bytes())
+                if whole is None:
+                    return ()
+                payload = whole
+            parcels = [(whose, payload)] if isinstance(whose, int) else unpack(payload)
+        except PayloadError:
             self.refusals.add(MALFORMED, key)
-            return None
-        return vehicle, payload
+            return ()
+        # Nothing is a message of zeros to protobuf, and all that comes of a deletion.
+        if not parcels or not all(payload for _, payload in parcels):
+            self.refusals.add(MALFORMED, key)
+            return ()
+        if not isinstance(whose, int) and not whose.issuperset(vehicle for vehicle, _ in parcels):
+            self.refusals.add(FOREIGN, key)
+            return ()
+        return parcels
 
     @property
     def _most_tokens(self) -> int:
@@ -161,10 +201,11 @@ class Connection:
         return 4 * len(self._wiring.vehicles) + 64
 
     def _subscribe(self) -> None:
+        """To each topic once: a stream of each vehicle that it is would be too many."""
         agent, run = self._participant, self._wiring.run
         for topic in TOPICS:
             if topic.reader == agent.role and topic.pattern is not None:
-                key = topic.key(run, agent.vehicle if agent.vehicle else "*")
+                key = self._keys[topic, agent.vehicles[0]] if agent.vehicles else topic.keys(run)
                 handler = self._handler(topic)
                 self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
@@ -173,26 +214,28 @@ class Connection:
         raise NotImplementedError
 
     def _declare_publishers(self) -> None:
-        agent, wiring = self._participant, self._wiring
         full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK
-        for topic in TOPICS:
-            if topic.writer != agent.role or topic.pattern is None:
-                continue
-            if agent.vehicle:
-                vehicles: Sequence[int] = (agent.vehicle,)
-            else:
-                vehicles = wiring.vehicles if topic.per_vehicle else (0,)
-            for vehicle in vehicles:
-                self._publishers[topic, vehicle] = self._session.declare_publisher(
-                    topic.key(wiring.run, vehicle), congestion_control=full
-                )
+        for key in self._written(self._wiring.vehicles):
+            self._publishers[key] = self._session.declare_publisher(key, congestion_control=full)
+
+    def _written(self, fleet: Iterable[int], *, read: bool = False) -> list[str]:
+        """Keys that it writes, or those of them that must be read, in a fleet of these vehicles."""
+        agent = self._participant
+        keys = [
+            self._keys[topic, vehicle]
+            for topic in TOPICS
+            if topic.writer == agent.role and topic.pattern is not None
+            if topic.reader is not None or not read
+            for vehicle in (agent.vehicles or fleet if topic.per_vehicle else (0,))
+        ]
+        return list(dict.fromkeys(keys))
 
     def _wait_for_readers(self) -> None:
         """What is put before a subscriber matches is gone, so wait until each one does."""
-        for (topic, vehicle), publisher in self._publishers.items():
-            if topic.reader is None or vehicle in self._wiring.absent:
-                continue
-            self._awaited = f"a reader of {topic.key(self._wiring.run, vehicle)}"
+        present = [one for one in self._wiring.vehicles if one not in self._wiring.absent]
+        for key in self._written(present, read=True):
+            publisher = self._publishers[key]
+            self._awaited = f"a reader of {key}"
             with publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
                 # The stub types the status as a bool; it is an object with a field, always true.
                 while not cast(zenoh.MatchingStatus, publisher.matching_status).matching:
@@ -222,12 +265,16 @@ class Connection:
     def _stuck(self) -> None:
         """Called now and then while nothing comes of waiting."""
 
-
-def _vehicles_by_key(participant: Participant, wiring: Wiring) -> dict[Topic[Any], dict[str, int]]:
-    """Vehicles of the streams that a participant reads (0: the one for all), by exact key."""
-    own = (participant.vehicle,) if participant.vehicle else wiring.vehicles
-    return {
-        topic: {topic.key(wiring.run, of): of for of in (own if topic.per_vehicle else (0,))}
-        for topic in TOPICS
-        if topic.reader == participant.role and topic.pattern is not None
-    }
+    def _vehicles_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
+        """Whose the streams are that it reads, by exact key: a vehicle's (0: none), or several."""
+        agent = self._participant
+        whose: dict[Topic[Any], dict[str, int | frozenset[int]]] = {}
+        for topic in TOPICS:
+            if topic.reader != agent.role or topic.pattern is None:
+                continue
+            streams = whose[topic] = {}
+            for vehicle in (agent.vehicles or self._wiring.vehicles) if topic.per_vehicle else (0,):
+                host = self._host_of.get(vehicle)
+                shared = vehicle if host is None else frozenset(host.vehicles)
+                streams[self._keys[topic, vehicle]] = shared
+        return whose

@@ -27,7 +27,11 @@ class InProcessBus:
 
     def __init__(self, agents: Sequence[Agent], log: Log) -> None:
         self._seats = [_Seat(agent) for agent in agents]
-        self._by_reader = {(seat.agent.role, seat.agent.vehicle): seat for seat in self._seats}
+        self._by_reader = {
+            (seat.agent.role, vehicle): seat
+            for seat in self._seats
+            for vehicle in seat.agent.vehicles or (0,)
+        }
         self._log = log
         self._ready: deque[_Seat] = deque()
 

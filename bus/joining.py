@@ -11,6 +11,7 @@ import zenoh
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import NoAnswerError
+from zenvoy.bus.hosts import Host
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import alive_key, processes_key, scenario_key
 
@@ -18,13 +19,19 @@ Answer = Callable[[], bytes]
 
 
 class Standing(NamedTuple):
-    """Where a run stands: its effective scenario, as JSON, and the processes that are there."""
+    """Where a run stands: its effective scenario, as JSON, and its processes.
+
+    present: those that are there. shared: the vehicles of each that is several, there or not.
+    """
 
     scenario: bytes
-    processes: frozenset[str]
+    present: frozenset[str]
+    shared: dict[str, list[int]]
 
 
-def offer(session: zenoh.Session, run: str, scenario: Answer) -> tuple[object, ...]:
+def offer(
+    session: zenoh.Session, run: str, shared: Sequence[Host], scenario: Answer
+) -> tuple[object, ...]:
     """Answer whoever asks for the standing of `run`, for as long as the result is kept.
 
     Peers are never relayed: a process that joins sees no other vehicle's token, the world sees all.
@@ -35,9 +42,13 @@ def offer(session: zenoh.Session, run: str, scenario: Answer) -> tuple[object, .
         name = str(sample.key_expr).rpartition("/")[2]
         (present.add if sample.kind == zenoh.SampleKind.PUT else present.discard)(name)
 
+    def processes() -> bytes:
+        several = {host.name: host.vehicles for host in shared}
+        return json.dumps({"present": sorted(present), "shared": several}).encode()
+
     return (
         session.liveliness().declare_subscriber(alive_key(run), note, history=True),
-        answer(session, processes_key(run), lambda: json.dumps(sorted(present)).encode()),
+        answer(session, processes_key(run), processes),
         answer(session, scenario_key(run), scenario),
     )
 
@@ -57,7 +68,8 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
         processes = _reply(session, processes_key(run), deadline_ns)
     if scenario is None or processes is None:
         raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}")
-    return Standing(scenario, frozenset(json.loads(processes)))
+    told = json.loads(processes)
+    return Standing(scenario, frozenset(told["present"]), told["shared"])
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:

@@ -44,6 +44,9 @@ class LiveAgent(Participant, Protocol):
     quiet: frozenset[Topic[Any]]
     """Streams of which it need not hear before it acts: nobody is woken for each message."""
 
+    together: bool
+    """Whether what is due at once is sent at once, also where it takes it several acts."""
+
     @property
     def due_ns(self) -> int | None:
         """When it acts next, at once where that has passed; None: not before it hears more."""
@@ -123,8 +126,15 @@ class LiveBus(Connection):
             self._next = None
             self._hear(sample)
             return
-        for envelope in agent.act(self.now_ns):
-            self.send(envelope)
+        self.send(self._acts())
+
+    def _acts(self) -> list[Envelope]:
+        """What comes of all that is due at once."""
+        agent = self._agent
+        sent = agent.act(self.now_ns)
+        while agent.together and agent.due_ns is not None and agent.due_ns <= self.now_ns:
+            sent += agent.act(self.now_ns)
+        return sent
 
     def _peek(self, until_ns: int | None) -> _Sample | None:
         """What came first, or comes by `until_ns` of wall time; None where nothing has."""
@@ -149,21 +159,18 @@ class LiveBus(Connection):
 
     def _hear(self, sample: _Sample) -> None:
         topic, key = sample.topic, str(sample.sample.key_expr)
-        admitted = self._admitted(topic, key, sample.sample)
-        if admitted is None:
-            return
-        vehicle, payload = admitted
-        try:
-            message = topic.decode(payload)
-        except PayloadError:
-            self.refusals.add(MALFORMED, key)
-            return
-        post = Post(topic, vehicle, message, payload, sample.came_ns)
-        flaw = self._agent.flaw(topic, vehicle, message)
-        if flaw is not None:
-            self.refusals.add(flaw, key)
-        else:
-            self._place(post)
+        for vehicle, payload in self._admitted(topic, key, sample.sample):
+            try:
+                message = topic.decode(payload)
+            except PayloadError:
+                self.refusals.add(MALFORMED, key)
+                continue
+            post = Post(topic, vehicle, message, payload, sample.came_ns)
+            flaw = self._agent.flaw(topic, vehicle, message)
+            if flaw is not None:
+                self.refusals.add(flaw, key)
+            else:
+                self._place(post)
 
     def _place(self, post: Post) -> None:
         """Tell the agent of it, now or once the start is known."""
@@ -191,7 +198,7 @@ class LiveBus(Connection):
             self._refuse(reason, post)
 
     def _refuse(self, reason: str, post: Post) -> None:
-        self.refusals.add(reason, post.topic.key(self._wiring.run, post.vehicle))
+        self.refusals.add(reason, self._keys[post.topic, post.vehicle])
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""

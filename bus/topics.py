@@ -30,6 +30,16 @@ class Topic(Generic[M_co]):
             raise ValueError(f"{self.name} has no key")
         return f"zenvoy/{run}/{self.pattern.format(id=vehicle)}"
 
+    def shared_key(self, run: str, process: str) -> str:
+        """Zenoh key of the streams of all vehicles that a process is, in `pb.Bundle`s."""
+        if not self.per_vehicle:
+            raise ValueError(f"{self.name} is not of vehicles")
+        return f"zenvoy/{run}/process/{process}/{self.name}"
+
+    def keys(self, run: str) -> str:
+        """Key expression of this stream of all vehicles, whatever processes they are in."""
+        return f"zenvoy/{run}/*/*/{self.name}" if self.per_vehicle else self.key(run)
+
     @property
     def per_vehicle(self) -> bool:
         """Whether each vehicle has a stream of its own."""
@@ -98,7 +108,7 @@ def alive_key(run: str, process: str = "*") -> str:
 
 
 def processes_key(run: str) -> str:
-    """Key of the queryable that answers with the names of the processes that are there, as JSON."""
+    """Key of the queryable that answers with the processes of the run, as JSON."""
     return f"zenvoy/{run}/processes"
 
 

@@ -45,8 +45,7 @@ class ZenohBus(Connection):
             else:
                 self._collect(barrier)
             self._watch.progressed()
-            for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
-                self.send(envelope)
+            self.send(agent.step(barrier.now_ns, mailbox.take(barrier)))
 
     def _collect(self, barrier: Barrier) -> None:
         has, wait = self._mailbox.has, self._watch.wait
@@ -93,9 +92,8 @@ class ZenohBus(Connection):
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
-        admitted = self._admitted(topic, key, sample)
-        if admitted is not None:
-            reason = self._mailbox.put(topic, *admitted)
+        for vehicle, payload in self._admitted(topic, key, sample):
+            reason = self._mailbox.put(topic, vehicle, payload)
             if reason is not None:
                 self.refusals.add(reason, key)
 

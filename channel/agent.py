@@ -28,7 +28,7 @@ class ChannelAgent:
 
     role = "channel"
     name = "channel"
-    vehicle = 0
+    vehicles = ()
 
     def __init__(self, scenario: Scenario) -> None:
         size = scenario.fleet.size

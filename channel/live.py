@@ -34,8 +34,9 @@ class LiveChannel:
 
     role = "channel"
     name = "channel"
-    vehicle = 0
+    vehicles = ()
     done = False
+    together = False
     quiet: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:

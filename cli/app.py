@@ -73,6 +73,9 @@ def run(
     speed: Annotated[
         float | None, typer.Option(help="In real time: simulated over wall time, 0.1 to 10.")
     ] = None,
+    per_process: Annotated[
+        int, typer.Option("--vehicles-per-process", help="How many neighbours share a process.")
+    ] = 1,
     without: Annotated[
         list[int] | None,
         typer.Option(metavar="ID", help="A vehicle that another program is to be; repeatable."),
@@ -90,8 +93,13 @@ def run(
     loaded = _load(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
     if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
         refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
-    if (without or listen) and bus is Bus.IN_PROCESS:
-        refuse(f"--without and --listen are for a process per vehicle: --bus {Bus.ZENOH.value}")
+    if per_process < 1:
+        refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    if (without or listen or per_process > 1) and bus is Bus.IN_PROCESS:
+        refuse(
+            "--without, --listen and --vehicles-per-process are for processes: "
+            f"--bus {Bus.ZENOH.value}"
+        )
     from zenvoy.cli.guests import GuestsError, guests
 
     try:
@@ -102,7 +110,7 @@ def run(
 
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, interrupt)
-    raise typer.Exit(execute(loaded, out, bus.value, console, errors, others))
+    raise typer.Exit(execute(loaded, out, bus.value, console, errors, others, per_process))
 
 
 @app.command()

@@ -26,6 +26,7 @@ def execute(
     console: Console,
     errors: Console,
     guests: Guests = NO_GUESTS,
+    per_process: int = 1,
 ) -> int:
     """Run, summarize, and say where everything is; the exit code of the command."""
     try:
@@ -45,7 +46,7 @@ def execute(
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
             if bus == "zenoh":
                 goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
-                death = run_on_zenoh(loaded, folder, progress, goes_on, guests)
+                death = run_on_zenoh(loaded, folder, progress, goes_on, guests, per_process)
             else:
                 run_in_process(loaded, folder, progress)
     except KeyboardInterrupt:

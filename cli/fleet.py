@@ -12,13 +12,14 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.connection import Wiring
+from zenvoy.bus.hosts import Host, hosts
 from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.channel.process import run_channel
 from zenvoy.cli.guests import Meeting
 from zenvoy.cli.spawn import Program
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.process import run_vehicle
+from zenvoy.vehicles.process import run_host, run_vehicle
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
 
@@ -35,6 +36,7 @@ def process_table(
     on_clock: Callable[[pb.Clock], None],
     met: Meeting,
     without: frozenset[int] = frozenset(),
+    per_process: int = 1,
 ) -> list[Program]:
     """Programs of a run but for the vehicles it is `without`, in the order in which they start.
 
@@ -42,10 +44,12 @@ def process_table(
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
-    names = tuple(vehicle_name(vehicle, size) for vehicle in vehicles)
     live = scenario.clock == "realtime"
+    placed = hosts(size, per_process, without)
+    shared = tuple(host for host in placed if host.is_shared)
+    guests = tuple(vehicle_name(vehicle, size) for vehicle in sorted(without))
+    awaited = (*(host.name for host in placed), *(() if live else guests))
     absent = without if live else frozenset[int]()
-    awaited = tuple(name for vehicle, name in enumerate(names, 1) if vehicle not in absent)
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
@@ -53,6 +57,7 @@ def process_table(
         waits_for=("channel", *awaited),
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE,
         absent=absent,
+        shared=shared,
     )
     channel_wiring = Wiring(
         run=labels.run,
@@ -62,8 +67,9 @@ def process_table(
         waits_for=awaited,
         stall_limit_s=scenario.stall_limit_s,
         absent=absent,
+        shared=shared,
     )
-    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect)
+    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect, shared=shared)
     row = partial(Program, run=labels.run, prefer=prefer_latency if live else prefer_throughput)
     return [
         row(
@@ -75,11 +81,16 @@ def process_table(
         ),
         row(name="channel", main=partial(run_channel, scenario, channel_wiring)),
         *(
-            row(name=name, main=partial(run_vehicle, scenario, vehicle, wiring), essential=not live)
-            for vehicle, name in zip(vehicles, names, strict=True)
-            if vehicle not in without
+            row(name=host.name, main=_of(host, scenario, wiring), essential=not live)
+            for host in placed
         ),
     ]
+
+
+def _of(host: Host, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
+    if host.is_shared:
+        return partial(run_host, scenario, host, wiring)
+    return partial(run_vehicle, scenario, host.vehicles[0], wiring)
 
 
 def _tidied(sockets: Path, main: Callable[..., None], *arguments: object) -> None:

@@ -70,8 +70,14 @@ def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) ->
     if not 1 <= vehicle <= size:
         raise JoinError(f"--id {vehicle}: is not in [1, {size}], the vehicles of the run")
     name = vehicle_name(vehicle, size)
-    if name in standing.processes:
+    if name in standing.present:
         raise JoinError(f"--id {vehicle}: {name} is there already")
+    for process, vehicles in standing.shared.items():
+        if vehicle in vehicles:
+            raise JoinError(
+                f"--id {vehicle}: shares the process {process}, which it cannot leave; "
+                f"allowed: a vehicle that the run was started --without, or that is a process"
+            )
     return scenario
 
 

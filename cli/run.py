@@ -50,7 +50,7 @@ def make_folder(out: Path | None, name: str) -> Path:
     return folder
 
 
-def labels_of(loaded: Loaded, bus: str) -> Labels:
+def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
     """What the log will say of this run."""
     scenario = loaded.scenario
     return Labels(
@@ -63,13 +63,16 @@ def labels_of(loaded: Loaded, bus: str) -> Labels:
         vehicles=scenario.fleet.size,
         bus=bus,
         run=f"{stamp()}-{os.getpid()}",
+        per_process=per_process,
     )
 
 
 def run_in_process(loaded: Loaded, folder: Path, progress: RunProgress) -> None:
     """Run the whole fleet in this process, without Zenoh."""
     scenario = loaded.scenario
-    with Recorder(folder / "run.mcap", labels_of(loaded, "in-process"), wall_ns) as recorder:
+    with Recorder(
+        folder / "run.mcap", labels_of(loaded, "in-process", loaded.scenario.fleet.size), wall_ns
+    ) as recorder:
         recorder.on_clock = _seldom(progress)
         vehicles = range(1, scenario.fleet.size + 1)
         agents: list[Agent] = [
@@ -92,8 +95,11 @@ def run_on_zenoh(
     progress: RunProgress,
     on_loss: Callable[[Death], None] = lambda _: None,
     guests: Guests = NO_GUESTS,
+    per_process: int = 1,
 ) -> Death | None:
-    """Run every participant as a process of its own; the untimely death that ended it, if any.
+    """Run world, channel and vehicles as processes; the untimely death that ended it, if any.
+
+    `per_process` vehicles share a process.
 
     In real time the run goes on without a vehicle: its death is told to `on_loss`. While it runs,
     its folder says where `guests` and others connect to.
@@ -101,7 +107,7 @@ def run_on_zenoh(
     read_fd, write_fd = os.pipe()
     # Socket paths are short by law (108 bytes), folders of runs are not.
     sockets = Path(tempfile.mkdtemp(prefix="zenvoy-"))
-    labels = labels_of(loaded, "zenoh")
+    labels = labels_of(loaded, "zenoh", per_process)
     met = meeting(labels.run, sockets, guests.listen)
     try:
         table = process_table(
@@ -112,6 +118,7 @@ def run_on_zenoh(
             clock_to(write_fd),
             met,
             guests.without,
+            per_process,
         )
         met.write(folder)
         _rehearse(loaded.scenario)

@@ -1,6 +1,6 @@
 """A fleet of processes with one more among them, which sends mutated messages to all the others.
 
-    python -m tests.attack SCENARIO.yaml OUT MUTANTS_PER_CYCLE
+    python -m tests.attack SCENARIO.yaml OUT MUTANTS_PER_CYCLE VEHICLES_PER_PROCESS
 
 Vehicles listen nowhere, and peers do not relay: so here they connect to the attacker as well, as
 they would where somebody sat on their link. It hears all that is said and sends, in each cycle,
@@ -15,7 +15,7 @@ import random
 import sys
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,7 @@ import zenoh
 from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.hosts import Host, hosts, pack, unpack
 from zenvoy.bus.mailbox import WINDOW
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import BEACON, CLOCK, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
@@ -34,7 +35,7 @@ from zenvoy.cli.run import labels_of, make_folder
 from zenvoy.cli.spawn import Program
 from zenvoy.cli.supervisor import Death, Supervisor
 from zenvoy.scenarios import load
-from zenvoy.vehicles.process import run_vehicle
+from zenvoy.vehicles.process import run_host, run_vehicle
 
 READ: Final = (SENSE, BEACON, RECEIVE, COMMAND, POSITIONS, LINKS)
 MARK: Final = 2.8125
@@ -197,7 +198,65 @@ def _arrives_at_another_time(seen: Seen, payload: bytes) -> bool:
     return message.time_ns != real.time_ns and last_ns == message.time_ns
 
 
-def attack(run: str, size: int, links: tuple[str, list[str]], per_cycle: int, live: bool) -> None:
+class Bundler:
+    """Where vehicles share a process: takes real bundles apart, puts mutants into such bundles."""
+
+    def __init__(self, run: str, shared: Sequence[Host], seed: int) -> None:
+        self._random = random.Random(seed)
+        self._topics = {
+            topic.shared_key(run, host.name): topic
+            for host in shared
+            for topic in READ
+            if topic.per_vehicle
+        }
+        self._places = {
+            topic.key(run, vehicle): (topic.shared_key(run, host.name), host, vehicle)
+            for host in shared
+            for vehicle in host.vehicles
+            for topic in READ
+            if topic.per_vehicle
+        }
+
+    def seen(self, key: str, payload: bytes) -> list[Seen]:
+        """The real messages of a bundle."""
+        topic = self._topics.get(key)
+        if topic is None:
+            return []
+        return [
+            Seen(topic, vehicle, one, topic.decode(one).cycle) for vehicle, one in unpack(payload)
+        ]
+
+    def bundled(self, mutant: Mutant) -> Mutant:
+        """The mutant in a bundle, or one of a bundle; as it is where its vehicle is alone."""
+        key, payload, attachment = mutant
+        if key not in self._places or payload is None:
+            return mutant
+        shared, host, vehicle = self._places[key]
+        stranger = self._random.choice([0, max(host.vehicles) + 1, 2**32 - 1])
+        bundle = pack([(vehicle, payload)])
+        twice = pack([(vehicle, payload), (vehicle, payload)])
+        made = self._random.choice(
+            [bundle] * 6
+            + [
+                twice,
+                pack([(vehicle, payload), (stranger, payload)]),
+                pack([(vehicle, payload), (host.vehicles[0], b"")]),
+                bundle[: self._random.randrange(len(bundle))],
+                pb.Bundle(vehicle=host.vehicles, payload=[payload]).SerializeToString(),
+                b"",
+            ]
+        )
+        return mutant if self._random.random() < 0.2 else Mutant(shared, made, attachment)
+
+
+def attack(
+    run: str,
+    size: int,
+    shared: Sequence[Host],
+    links: tuple[str, list[str]],
+    per_cycle: int,
+    live: bool,
+) -> None:
     """Send mutants without a pause, from FIRST_CYCLE to the end; `links`: where to listen, to go.
 
     It never keeps the fleet waiting for it to read: that stops a run in lock-step, as any reader
@@ -207,7 +266,7 @@ def attack(run: str, size: int, links: tuple[str, list[str]], per_cycle: int, li
     with open_session([listen], connect, live=live) as session:
         ticks = session.declare_subscriber(CLOCK.key(run), zenoh.handlers.RingChannel(1))
         topics = streams(run, size)
-        mutator = Mutator(run, size, seed=1)
+        mutator, bundler = Mutator(run, size, seed=1), Bundler(run, shared, seed=1)
         while pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle < 2:
             pass  # who subscribes before the real reader is there would be taken for it
         heard = session.declare_subscriber(
@@ -217,39 +276,50 @@ def attack(run: str, size: int, links: tuple[str, list[str]], per_cycle: int, li
         while True:
             cycle = pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle
             while (sample := heard.try_recv()) is not None:
-                of = topics.get(str(sample.key_expr))
+                key, payload = str(sample.key_expr), sample.payload.to_bytes()
+                of = topics.get(key)
                 if of is not None and sample.attachment is None:
-                    payload = sample.payload.to_bytes()
                     mutator.see(Seen(*of, payload, of[0].decode(payload).cycle))
+                for seen in bundler.seen(key, payload):
+                    mutator.see(seen)
             if cycle < FIRST_CYCLE:
                 continue
-            for key, payload_sent, attachment in mutator.mutants(per_cycle):
-                if payload_sent is None:
+            for mutant in mutator.mutants(per_cycle):
+                key, made, attachment = bundler.bundled(mutant)
+                if made is None:
                     session.delete(key, congestion_control=drop)
                 else:
-                    session.put(key, payload_sent, attachment=attachment, congestion_control=drop)
+                    session.put(key, made, attachment=attachment, congestion_control=drop)
 
 
 _OTHERS: Final = zenoh.Locality.REMOTE
 
 
-def main(scenario: Path, out: Path, per_cycle: int) -> list[Death]:
+def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[Death]:
     """Run the scenario under attack; the deaths of processes."""
     loaded = load(scenario)
     folder = make_folder(out, loaded.name)
-    labels = labels_of(loaded, "zenoh")
+    labels = labels_of(loaded, "zenoh", per_process)
     deaths: list[Death] = []
     with tempfile.TemporaryDirectory(prefix="zt-") as sockets:
         met = meeting(labels.run, Path(sockets), ())
         table = process_table(
-            loaded.scenario, labels, folder / "run.mcap", Path(sockets), lambda _: None, met
+            loaded.scenario,
+            labels,
+            folder / "run.mcap",
+            Path(sockets),
+            lambda _: None,
+            met,
+            per_process=per_process,
         )
         here = f"unixsock-stream/{sockets}/attacker"
         size, live = loaded.scenario.fleet.size, loaded.scenario.clock == "realtime"
+        shared = [host for host in hosts(size, per_process) if host.is_shared]
+        links = here, list(met.connect)
         attacker = Program(
             name="attacker",
             run=labels.run,
-            main=partial(attack, labels.run, size, (here, list(met.connect)), per_cycle, live),
+            main=partial(attack, labels.run, size, shared, links, per_cycle, live),
             essential=False,
         )
         programs = [*(_within_reach(program, here) for program in table), attacker]
@@ -265,15 +335,15 @@ def _within_reach(program: Program, attacker: str) -> Program:
     """The program, with a link to the attacker where it is a vehicle's."""
     main = program.main
     assert isinstance(main, partial)
-    if main.func is not run_vehicle:
+    if main.func not in {run_vehicle, run_host}:
         return program
-    scenario, vehicle, wiring = main.args
+    scenario, which, wiring = main.args
     linked = replace(wiring, connect=(*wiring.connect, attacker))
-    return replace(program, main=partial(run_vehicle, scenario, vehicle, linked))
+    return replace(program, main=partial(main.func, scenario, which, linked))
 
 
 if __name__ == "__main__":
-    ended = main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))
+    ended = main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]))
     for one in ended:
         print(one.name, one.status, *one.tail, sep="\n", file=sys.stderr)
     sys.exit(bool(ended))

@@ -37,7 +37,7 @@ def write_log(path: Path, scenario: str, *, until_cycle: int | None = None, lost
     agents: list[Agent] = [WorldAgent(loaded.scenario), ChannelAgent(loaded.scenario)]
     for vehicle in range(1, loaded.scenario.fleet.size + 1):
         agents.append(VehicleAgent(loaded.scenario, vehicle))
-    with Recorder(path, labels_of(loaded, "in-process"), wall_ns) as recorder:
+    with Recorder(path, labels_of(loaded, "in-process", 1), wall_ns) as recorder:
         recorder.on_clock = interrupt
         try:
             InProcessBus(agents, recorder.log).run()

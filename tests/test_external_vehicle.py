@@ -270,7 +270,11 @@ def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
         (("--without", "0"), "--without 0: is not in [1, 20], the vehicles of fleet.size (20)"),
         (
             ("--without", "2", "--bus", "in-process"),
-            "--without and --listen are for a process per vehicle: --bus zenoh",
+            "--without, --listen and --vehicles-per-process are for processes: --bus zenoh",
+        ),
+        (
+            ("--vehicles-per-process", "2", "--bus", "in-process"),
+            "--without, --listen and --vehicles-per-process are for processes: --bus zenoh",
         ),
         (
             ("--listen", "127.0.0.1:7447"),

@@ -45,15 +45,19 @@ control: {v2v_wait_ms: 50, system_delay_ms: 70}
 channel: {technology: lte-a-pro, loss: {p: 0.2}}
 events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
 """
-PROCESSES: Final = ("world", "channel", "vehicle-01", "vehicle-02", "vehicle-03")
+ALONE: Final = ("vehicle-01", "vehicle-02", "vehicle-03")
+TOGETHER: Final = ("vehicles-01-02", "vehicle-03")
 MOST_LINES: Final = 22  # 20 kinds and sources, that there are more, and the counts
 
 
-def under_attack(folder: Path, scenario: str) -> tuple[Log, dict[str, Counter[str]]]:
+def under_attack(
+    folder: Path, scenario: str, vehicles: tuple[str, ...] = ALONE
+) -> tuple[Log, dict[str, Counter[str]]]:
     """The log of a run that must complete, and what each process has refused, by reason."""
     folder.mkdir()
     (folder / "s.yaml").write_text(scenario)
     arguments = [str(folder / "s.yaml"), str(folder / "out"), "200"]
+    arguments.append("1" if vehicles == ALONE else "2")
     ended = subprocess.run(
         [sys.executable, "-m", "tests.attack", *arguments],
         cwd=Path(__file__).parents[1],
@@ -65,8 +69,10 @@ def under_attack(folder: Path, scenario: str) -> tuple[Log, dict[str, Counter[st
     assert (ended.returncode, ended.stderr) == (0, ""), ended
     log = read_log(folder / "out" / "run.mcap")
     assert log.result["end"] == "complete"
-    logs = {name: (folder / "out" / "logs" / f"{name}.log").read_text() for name in PROCESSES}
-    return log, {name: refused(name, text) for name, text in logs.items()}
+    logs = {path.stem: path for path in (folder / "out" / "logs").iterdir()}
+    assert logs.keys() == {"world", "channel", "attacker", *vehicles}
+    assert logs.pop("attacker").read_text() == ""
+    return log, {name: refused(name, path.read_text()) for name, path in logs.items()}
 
 
 def refused(name: str, text: str) -> Counter[str]:
@@ -82,9 +88,12 @@ def refused(name: str, text: str) -> Counter[str]:
     return counts
 
 
-def test_a_run_in_lock_step_keeps_its_fingerprint(tmp_path: Path) -> None:
+@pytest.mark.parametrize("vehicles", [ALONE, TOGETHER], ids=["alone", "together"])
+def test_a_run_in_lock_step_keeps_its_fingerprint(
+    tmp_path: Path, vehicles: tuple[str, ...]
+) -> None:
     scenario = f"duration_s: 150\n{FLEET}"
-    attacked, counts = under_attack(tmp_path / "attacked", scenario)
+    attacked, counts = under_attack(tmp_path / "attacked", scenario, vehicles)
     alone = run(tmp_path / "alone", scenario, "--bus", "in-process")
     assert attacked.result["fingerprint"] == alone.result["fingerprint"]
     assert sum(map(Counter.total, counts.values())) >= 100_000
@@ -100,9 +109,10 @@ def test_a_run_in_lock_step_keeps_its_fingerprint(tmp_path: Path) -> None:
         }, name
 
 
-def test_a_run_in_real_time_logs_nothing_of_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("vehicles", [ALONE, TOGETHER], ids=["alone", "together"])
+def test_a_run_in_real_time_logs_nothing_of_it(tmp_path: Path, vehicles: tuple[str, ...]) -> None:
     scenario = f"duration_s: 5\nclock: realtime\n{FLEET}"
-    log, counts = under_attack(tmp_path / "attacked", scenario)
+    log, counts = under_attack(tmp_path / "attacked", scenario, vehicles)
     assert log.result["cycles"] == "50"
     assert all(reasons.total() >= 500 for reasons in counts.values())
     for name, reasons in counts.items():
@@ -166,7 +176,7 @@ class Party:
         self.recorded = Recorded()
 
     def reads(self, topic: Topic[Any], vehicle: int) -> bool:
-        return topic.reader == self.agent.role and self.agent.vehicle in {0, vehicle}
+        return topic.reader == self.agent.role and vehicle in (self.agent.vehicles or (vehicle,))
 
     def proceed(self) -> list[Envelope]:
         """All steps for which everything is there."""
@@ -258,7 +268,8 @@ class AttackedBus(VirtualBus):
         for mutant in self._mutator.mutants(3):
             of, whose = self._keys.get(mutant.key, (None, 0))
             for agent in self._agents:
-                if of is not None and of.reader == agent.role and agent.vehicle in {0, whose}:
+                vehicles = agent.vehicles or (whose,)
+                if of is not None and of.reader == agent.role and whose in vehicles:
                     self._send_mutant(agent, of, whose, mutant.payload or b"\xff", now_ns)
 
     def _send_mutant(

@@ -60,7 +60,7 @@ class VirtualBus:
         if topic.logged_as is not None:
             self.logged.append((topic.logged_as, time_ns, payload))
         for agent in self._agents:
-            if agent.role == topic.reader and agent.vehicle in {0, vehicle}:
+            if agent.role == topic.reader and vehicle in (agent.vehicles or (vehicle,)):
                 delay_ns = self._delay(envelope, now_ns)
                 if delay_ns is not None:
                     self._sent += 1

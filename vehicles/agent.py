@@ -38,7 +38,7 @@ class VehicleAgent:
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
         settings = roster(scenario)[vehicle - 1]
-        self.vehicle = vehicle
+        self.vehicle, self.vehicles = vehicle, (vehicle,)
         self.name = vehicle_name(vehicle, scenario.fleet.size)
         self._phases = list(settings.phases)
         self._place = _place(scenario, vehicle)

@@ -30,11 +30,13 @@ class LiveVehicle:
 
     role = "vehicle"
     done = False
+    together = False
     quiet = frozenset({RECEIVE})
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
         self._agent = VehicleAgent(scenario, vehicle)
-        self.name, self.vehicle = self._agent.name, vehicle
+        self.name = self._agent.name
+        self.vehicle, self.vehicles = vehicle, (vehicle,)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
         self._others = frozenset(range(1, scenario.fleet.size + 1)) - {vehicle}

@@ -41,7 +41,7 @@ class WorldAgent:
 
     role = "world"
     name = "world"
-    vehicle = 0
+    vehicles = ()
 
     def __init__(self, scenario: Scenario) -> None:
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles

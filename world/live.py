@@ -53,7 +53,8 @@ class LiveWorld:
 
     role = "world"
     name = "world"
-    vehicle = 0
+    vehicles = ()
+    together = False
     quiet: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:

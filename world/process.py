@@ -48,7 +48,7 @@ def run_world(
         offered: list[object] = []
 
         def on_open(session: zenoh.Session) -> None:
-            offered.extend(offer(session, wiring.run, lambda: effective))
+            offered.extend(offer(session, wiring.run, wiring.shared, lambda: effective))
 
         bus.on_open = on_open
         try:

@@ -38,6 +38,7 @@ class Labels:
     vehicles: int
     bus: str
     run: str
+    per_process: int
 
 
 class Recorder:
@@ -174,6 +175,7 @@ def _facts(labels: Labels) -> dict[str, str]:
         "vehicles": str(labels.vehicles),
         "bus": labels.bus,
         "run": labels.run,
+        "vehicles_per_process": str(labels.per_process),
         "epoch_ns": str(EPOCH_NS),
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",

@@ -1,0 +1,93 @@
+"""Processes that are several vehicles each: which, and what they are called."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from typing import Final, NamedTuple
+
+from google.protobuf.message import DecodeError
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
+from zenvoy.bus.topics import vehicle_name
+
+_OVERHEAD_BYTES: Final = 20  # of a payload in a message, at most
+
+Parcel = tuple[int, bytes]
+"""A vehicle, and a payload to it or from it."""
+
+
+class Host(NamedTuple):
+    """The vehicles of a process, ascending, and its name."""
+
+    name: str
+    vehicles: tuple[int, ...]
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether its messages go together, on keys of the process."""
+        return len(self.vehicles) > 1
+
+
+def hosts(size: int, per_process: int, without: Collection[int] = ()) -> tuple[Host, ...]:
+    """Processes of the vehicles 1 to `size` but for those `without`, `per_process` neighbours each.
+
+    One that is left alone is a process of its own, as by default.
+    """
+    found = []
+    for first in range(1, size + 1, per_process):
+        last = min(size, first + per_process - 1)
+        vehicles = tuple(one for one in range(first, last + 1) if one not in without)
+        if len(vehicles) == 1:
+            found.append(Host(vehicle_name(vehicles[0], size), vehicles))
+        elif vehicles:
+            ends = (vehicle_name(end, size).partition("-")[2] for end in (first, last))
+            found.append(Host("-".join(("vehicles", *ends)), vehicles))
+    return tuple(found)
+
+
+class Bundle:
+    """Payloads of a stream for several vehicles, or from them, to go in one message."""
+
+    def __init__(self) -> None:
+        self._parcels: list[Parcel] = []
+        self._bytes = 0
+
+    def __len__(self) -> int:
+        return len(self._parcels)
+
+    def has_room(self, payload: bytes) -> bool:
+        """Whether it fits into one message with the payload; one that is empty always has."""
+        return not self._parcels or self._bytes + _size(payload) <= MAX_PAYLOAD_BYTES
+
+    def add(self, vehicle: int, payload: bytes) -> None:
+        """Put a payload in."""
+        self._parcels.append((vehicle, payload))
+        self._bytes += _size(payload)
+
+    def pack(self) -> bytes:
+        """The message; the bundle is empty then."""
+        parcels, self._parcels, self._bytes = self._parcels, [], 0
+        return pack(parcels)
+
+
+def pack(parcels: Iterable[Parcel]) -> bytes:
+    """Payloads of a stream for several vehicles, at least one, in one message."""
+    vehicles, payloads = zip(*parcels, strict=True)
+    return pb.Bundle(vehicle=vehicles, payload=payloads).SerializeToString()
+
+
+def unpack(bundle: bytes) -> list[Parcel]:
+    """What `pack` has packed; raises PayloadError where its columns do not go together."""
+    try:
+        message = pb.Bundle.FromString(bundle)
+    except DecodeError as error:
+        raise PayloadError(f"not a bundle: {error}") from error
+    if len(message.vehicle) != len(message.payload):
+        raise PayloadError(f"{len(message.vehicle)} vehicles, {len(message.payload)} payloads")
+    return list(zip(message.vehicle, message.payload, strict=True))
+
+
+def _size(payload: bytes) -> int:
+    return len(payload) + _OVERHEAD_BYTES

@@ -1,0 +1,254 @@
+"""Vehicles that share a process: who is where, what goes together, and that it changes nothing."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.conftest import Log, command, read_log, run, wait_until, zenvoy
+from tests.virtual_time import Logged, VirtualBus, in_lock_step, live_agents
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Agent
+from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.hosts import Bundle, Host, hosts, pack, unpack
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.bus.live import LiveAgent
+from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
+from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.live import LiveChannel
+from zenvoy.scenarios import Scenario, load
+from zenvoy.vehicles.hosted import HostedVehicles, LiveHostedVehicles
+from zenvoy.world.agent import WorldAgent
+from zenvoy.world.live import LiveWorld
+
+LATE_AND_LOST: Final = """
+duration_s: 12
+fleet: {size: 7}
+control: {model: FM, schedule: [{at_s: 2, model: PBCM}], v2v_wait_ms: 50, system_delay_ms: 70}
+channel: {technology: lte-a-pro, loss: {p: 0.2}}
+events: [{vehicle: 3, at_s: 4, duration_s: 2, deceleration_mps2: 3}]
+"""
+AT_HAND: Final = """
+duration_s: 4
+fleet: {size: 8}
+control: {model: MBCM, v2v_wait_ms: 0, system_delay_ms: 60}
+channel: {loss: {p: 0.1}}
+"""
+# Far longer than any test waits.
+LONG: Final = """
+duration_s: 100000
+clock: realtime
+fleet: {size: 5}
+control: {beacon_age_limit_ms: 500}
+"""
+
+
+def scenario(folder: Path, text: str) -> Scenario:
+    (folder / "s.yaml").write_text(text)
+    return load(folder / "s.yaml").scenario
+
+
+def events(folder: Path) -> list[tuple[int, int, str]]:
+    """Kind, vehicle and text of the events of a run so far."""
+    log = read_log(folder / "out" / "run.mcap")
+    found = [pb.Event.FromString(message.data) for message in log.of("/events")]
+    return [(event.kind, event.vehicle, event.text) for event in found]
+
+
+def test_neighbours_share_a_process() -> None:
+    assert hosts(5, 2) == (
+        Host("vehicles-01-02", (1, 2)),
+        Host("vehicles-03-04", (3, 4)),
+        Host("vehicle-05", (5,)),
+    )
+    assert hosts(3, 1) == tuple(Host(f"vehicle-0{one}", (one,)) for one in (1, 2, 3))
+    assert hosts(120, 100)[1] == Host("vehicles-101-120", tuple(range(101, 121)))
+    assert hosts(6, 3, without={2, 4, 5, 6}) == (Host("vehicles-01-03", (1, 3)),)
+    assert hosts(4, 2, without={3}) == (Host("vehicles-01-02", (1, 2)), Host("vehicle-04", (4,)))
+
+
+@given(
+    size=st.integers(1, 300),
+    per_process=st.integers(1, 400),
+    without=st.sets(st.integers(1, 300), max_size=20),
+)
+def test_everyone_is_in_one_process(size: int, per_process: int, without: set[int]) -> None:
+    placed = hosts(size, per_process, without)
+    assert [one for host in placed for one in host.vehicles] == [
+        one for one in range(1, size + 1) if one not in without
+    ]
+    assert all(1 <= len(host.vehicles) <= per_process for host in placed)
+    assert len({host.name for host in placed}) == len(placed)
+    assert sorted(host.name for host in placed if host.is_shared) == [
+        host.name for host in placed if host.is_shared
+    ]
+
+
+PARCELS: Final = st.lists(st.tuples(st.integers(1, 2**32 - 1), st.binary()), min_size=1)
+
+
+@given(PARCELS)
+def test_what_is_packed_is_unpacked(parcels: list[tuple[int, bytes]]) -> None:
+    assert unpack(pack(parcels)) == parcels
+
+
+@given(st.binary(max_size=100))
+def test_rubbish_is_refused_by_name_or_has_parcels(rubbish: bytes) -> None:
+    try:
+        parcels = unpack(rubbish)
+    except PayloadError:
+        return
+    assert unpack(pack(parcels) if parcels else b"") == parcels
+
+
+def test_columns_go_together() -> None:
+    with pytest.raises(PayloadError, match="2 vehicles, 1 payloads"):
+        unpack(pb.Bundle(vehicle=[1, 2], payload=[b"a"]).SerializeToString())
+    with pytest.raises(PayloadError, match="not a bundle"):
+        unpack(pack([(1, b"abc")])[:-1])
+
+
+def test_keys_of_a_process() -> None:
+    assert SENSE.shared_key("r1", "vehicles-01-02") == "zenvoy/r1/process/vehicles-01-02/sense"
+    assert BEACON.keys("r1") == "zenvoy/r1/*/*/beacon"
+    assert LINKS.keys("r1") == LINKS.key("r1")
+    with pytest.raises(ValueError, match="links is not of vehicles"):
+        LINKS.shared_key("r1", "vehicles-01-02")
+
+
+@pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
+@pytest.mark.parametrize("per_process", [2, 7])
+def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process: int) -> None:
+    told = scenario(tmp_path, text)
+    placed = hosts(told.fleet.size, per_process)
+    logged: Logged = []
+
+    def log(topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        assert topic.logged_as is not None
+        logged.append((topic.logged_as, time_ns, payload))
+
+    agents: list[Agent] = [WorldAgent(told), ChannelAgent(told)]
+    agents += [HostedVehicles(told, host) for host in placed]
+    InProcessBus(agents, log).run()
+    assert logged == in_lock_step(told)
+
+
+@pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
+def test_in_real_time_too(tmp_path: Path, text: str) -> None:
+    told = scenario(tmp_path, text)
+    alone = VirtualBus(live_agents(told))
+    alone.run()
+    placed = hosts(told.fleet.size, 3)
+    agents: list[LiveAgent] = [LiveChannel(told), LiveWorld(told)]
+    together = VirtualBus([*agents, *(LiveHostedVehicles(told, host) for host in placed)])
+    together.run()
+    assert together.logged == alone.logged
+
+
+def fingerprint(log: Log) -> str:
+    assert log.result["end"] == "complete"
+    return log.result["fingerprint"]
+
+
+def test_processes_of_several_give_the_same_bits(tmp_path: Path) -> None:
+    """The last one is alone, as 7 are not 2 or 3 times anything."""
+    alone = fingerprint(run(tmp_path / "alone", LATE_AND_LOST, "--bus", "in-process"))
+    for per_process, name in (("2", "vehicle-07"), ("3", "vehicle-07"), ("40", "vehicles-01-07")):
+        folder = tmp_path / per_process
+        log = run(folder, LATE_AND_LOST, "--vehicles-per-process", per_process)
+        assert fingerprint(log) == alone
+        assert log.metadata["zenvoy.run"]["vehicles_per_process"] == per_process
+        logs = list((folder / "out" / "logs").iterdir())
+        assert f"{name}.log" in {file.name for file in logs}
+        assert [file.name for file in logs if file.read_text()] == []  # nothing was refused
+
+
+@given(st.lists(st.integers(0, 70_000), min_size=1, max_size=8))
+def test_a_bundle_takes_what_goes_into_a_message(sizes: list[int]) -> None:
+    bundle = Bundle()
+    for vehicle, size in enumerate(sizes, 1):
+        payload = bytes(size)
+        if not bundle.has_room(payload):
+            packed = bundle.pack()
+            assert len(bundle) == 0
+            assert len(packed) + size > MAX_PAYLOAD_BYTES - 200  # it was as good as full
+        bundle.add(vehicle, payload)
+        several = len(bundle) > 1
+        assert not several or len(bundle_of(bundle)) <= MAX_PAYLOAD_BYTES
+
+
+def bundle_of(bundle: Bundle) -> bytes:
+    """What it would pack, left in it."""
+    packed = bundle.pack()
+    for vehicle, payload in unpack(packed):
+        bundle.add(vehicle, payload)
+    return packed
+
+
+def test_what_does_not_go_into_a_message_goes_in_several(tmp_path: Path) -> None:
+    """45 vehicles in range of one another: receives of all are 45 times 44 beacons."""
+    large = "duration_s: 2\nfleet: {size: 45}\ncontrol: {model: BCM}"
+    alone = run(tmp_path / "alone", large, "--bus", "in-process")
+    together = run(tmp_path / "together", large, "--vehicles-per-process", "45")
+    assert fingerprint(together) == fingerprint(alone)
+
+
+def test_a_process_of_several_that_dies_is_lost_and_the_run_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "long.yaml").write_text(LONG)
+    options = ("--vehicles-per-process", "2", "--without", "5")
+    with command(tmp_path, "run", "long.yaml", "--out", "out", *options) as started:
+        names = {"world", "channel", "vehicles-01-02", "vehicles-03-04"}
+        started.wait_for_children(names)
+        assert started.children().keys() == names
+        started.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        started.send_to_child("vehicles-01-02", signal.SIGKILL)
+        lost = {
+            (pb.EVENT_PROCESS_LOST, 0, "vehicles-01-02"),
+            (pb.EVENT_SILENT, 1, ""),
+            (pb.EVENT_SILENT, 2, ""),
+        }
+        wait_until(lambda: lost <= set(events(tmp_path)), "both vehicles are missed")
+        (tmp_path / "2").mkdir()
+        outcome = zenvoy(tmp_path / "2", "vehicle", "--id", "2", "--run", "../out")
+        assert (outcome.code, outcome.err) == (
+            2,
+            "--id 2: shares the process vehicles-01-02, which it cannot leave; allowed: a vehicle "
+            "that the run was started --without, or that is a process\n",
+        )
+        (tmp_path / "5").mkdir()
+        with command(tmp_path / "5", "vehicle", "--id", "5", "--run", "../out") as joined:
+            here = [(pb.EVENT_PROCESS_BACK, 0, "vehicle-05"), (pb.EVENT_SILENT_END, 5, "")]
+            wait_until(lambda: set(here) <= set(events(tmp_path)), "vehicle 5 has joined")
+            started.send(signal.SIGTERM)
+            outcome = started.wait()
+            assert joined.wait().code == 0
+        assert started.left() == []
+    assert outcome.code == 130
+    assert outcome.err.startswith("vehicles-01-02 died: killed by SIGKILL; the run goes on\n")
+    silent = {vehicle for kind, vehicle, _ in events(tmp_path) if kind == pb.EVENT_SILENT}
+    assert silent == {1, 2, 5}  # 5 was not there at first
+
+
+def test_in_lock_step_a_process_of_several_that_dies_ends_the_run(tmp_path: Path) -> None:
+    (tmp_path / "long.yaml").write_text(LONG.replace("realtime", "lock-step"))
+    options = ("--vehicles-per-process", "3")
+    with command(tmp_path, "run", "long.yaml", "--out", "out", *options) as started:
+        started.wait_for_children({"world", "channel", "vehicles-01-03", "vehicles-04-05"})
+        started.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        started.send_to_child("vehicles-04-05", signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left() == []
+    assert (outcome.code, outcome.err) == (3, "vehicles-04-05 died: killed by SIGKILL\n")
+    assert (pb.EVENT_PROCESS_LOST, 0, "vehicles-04-05") in events(tmp_path)
+
+
+def test_less_than_one_vehicle_per_process_is_refused(tmp_path: Path) -> None:
+    outcome = zenvoy(tmp_path, "run", "quickstart", "--vehicles-per-process", "0")
+    assert (outcome.code, outcome.err) == (2, "--vehicles-per-process 0: is not at least 1\n")
+    assert list(tmp_path.glob("runs")) == []
