@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
@@ -62,12 +61,12 @@ class LiveHostedVehicles:
     def __init__(self, scenario: Scenario, host: Host) -> None:
         self.name, self.vehicles = host
         self._agents: Final = {one: LiveVehicle(scenario, one) for one in host.vehicles}
+        self._due_ns: dict[int, int] = {}  # by vehicle, of those that know when they act next
 
     @property
     def due_ns(self) -> int | None:
         """When the first of them acts."""
-        first = self._first()
-        return None if first is None else first[0]
+        return min(self._due_ns.values(), default=None)
 
     def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As that vehicle finds."""
@@ -75,21 +74,22 @@ class LiveHostedVehicles:
 
     def hear(self, post: Post) -> bool:
         """Hand a message to the vehicle that it is for."""
-        return self._agents[post.vehicle].hear(post)
+        agent = self._agents[post.vehicle]
+        is_new = agent.hear(post)
+        self._note(agent)
+        return is_new
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Let the first of them act."""
-        first = self._first()
-        assert first is not None
-        return self._agents[first[1]].act(now_ns)
+        agent = self._agents[min(self._due_ns, key=lambda one: (self._due_ns[one], one))]
+        sent = agent.act(now_ns)
+        self._note(agent)
+        return sent
 
-    def _first(self) -> tuple[int, int] | None:
-        """Who acts next, as far as is known: when, and number of the vehicle."""
-        return min(self._due(), default=None)
-
-    def _due(self) -> Sequence[tuple[int, int]]:
-        return [
-            (due_ns, vehicle)
-            for vehicle, agent in self._agents.items()
-            if (due_ns := agent.due_ns) is not None
-        ]
+    def _note(self, agent: LiveVehicle) -> None:
+        """When it acts next, which changes only where it hears or acts."""
+        due_ns = agent.due_ns
+        if due_ns is None:
+            self._due_ns.pop(agent.vehicle, None)
+        else:
+            self._due_ns[agent.vehicle] = due_ns
