@@ -56,9 +56,20 @@ def _overlapped(vehicles: int, cycles: int) -> Row:
     return Row(f"bare Zenoh barrier, overlapped, {vehicles} vehicles", rate)
 
 
-def _convoy(vehicles: int, cycles: int) -> Row:
-    rate = partial(convoy_rate, vehicles, cycles, "zenoh")
-    return Row(f"Zenvoy, {vehicles} vehicle processes", rate)
+def _convoy(vehicles: int, cycles: int, per_process: int = 1) -> Row:
+    rate = partial(convoy_rate, vehicles, cycles, "zenoh", per_process)
+    return Row(f"Zenvoy, {_processes(vehicles, per_process)}", rate)
+
+
+def _realtime(vehicles: int, per_process: int = 1) -> Row:
+    rate = partial(delivery_p99_ms, vehicles, per_process)
+    return Row(f"real time, {_processes(vehicles, per_process)}", rate)
+
+
+def _processes(vehicles: int, per_process: int) -> str:
+    if per_process == 1:
+        return f"{vehicles} vehicle processes"
+    return f"{vehicles} vehicles, {per_process} to a process"
 
 
 def _in_process() -> float:
@@ -81,7 +92,9 @@ CYCLES = Part(
     [
         _convoy(10, 800),
         _convoy(40, 300),
+        _convoy(40, 300, 10),
         _convoy(100, 100),
+        _convoy(100, 100, 25),
         Row("Zenvoy, 40 vehicles in one process", partial(convoy_rate, 40, 300, "in-process")),
         _bare(10, 800),
         _bare(40, 300),
@@ -129,8 +142,9 @@ from the beacons as they come to what is delivered and logged, without Zenoh.
 REALTIME = Part(
     "ms",
     [
-        Row(f"real time, {size} vehicle processes", partial(delivery_p99_ms, size))
-        for size in (10, 20, 40)
+        *(_realtime(size) for size in (10, 20, 40)),
+        _realtime(40, 10),
+        _realtime(100, 25),
     ],
     """\
 By how much frames came later than the instant drawn for them, 99th percentile of 20 s in real

@@ -13,12 +13,16 @@ from zenvoy.bus import messages_pb2 as pb
 WARM_UP_CYCLES = 120  # the controller switches at 10 s
 
 
-def convoy_rate(vehicles: int, cycles: int, bus: str) -> float:
-    """Cycles per second of wall time over `cycles` after the warm-up, as `/clock` has it."""
+def convoy_rate(vehicles: int, cycles: int, bus: str, per_process: int = 1) -> float:
+    """Cycles per second of wall time over `cycles` after the warm-up, as `/clock` has it.
+
+    per_process: how many vehicles share a process, on Zenoh.
+    """
     duration_s = (WARM_UP_CYCLES + cycles) / 10
     with tempfile.TemporaryDirectory(prefix="zenvoy-convoy-") as folder:
         out = Path(folder, "run")
         command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15", "--bus", bus]
+        command += ["--vehicles-per-process", f"{per_process}"]
         command += ["--set", f"fleet.size={vehicles}", "--duration-s", f"{duration_s}"]
         subprocess.run([*command, "--out", str(out)], check=True, capture_output=True)
         clocks = [

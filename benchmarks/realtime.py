@@ -65,9 +65,10 @@ def keep(
     return Kept(punctuality=found, missed=missed, due=due, cores=spent_s / duration_s)
 
 
-def delivery_p99_ms(vehicles: int, duration_s: float = 20.0) -> float:
+def delivery_p99_ms(vehicles: int, per_process: int = 1, duration_s: float = 20.0) -> float:
     """By how much deliveries were later than drawn, ms: 99th percentile."""
-    told = quantiles(keep(vehicles, duration_s).punctuality.delivery)
+    kept = keep(vehicles, duration_s, per_process=per_process)
+    told = quantiles(kept.punctuality.delivery)
     return float("nan") if told is None else told.p99
 
 

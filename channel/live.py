@@ -14,7 +14,9 @@ from zenvoy.scenarios import Scenario
 # All in ns of wall time.
 _GUARD_NS: Final = 5_000_000  # after t_k, the beacons that are there go on the air without the rest
 _PREPARE_NS: Final = 3_000_000  # from putting frames on the air to being able to deliver the first
-_GATHER_NS: Final = 2_000_000  # beacons that come later than the others wait for one another
+_BUSY_NS: Final = 12_000_000  # more than that, where so many are missing that it is the machine
+_MANY: Final = 4
+_GATHER_NS: Final = 5_000_000  # beacons that come later than the others wait for one another
 _WINDOW_NS: Final = 1_000_000  # frames to one vehicle that are due within it come together
 _KEPT: Final = 5  # cycles for which positions are kept, for beacons that are late
 
@@ -25,7 +27,8 @@ class LiveChannel:
     """Puts frames on the air once a cycle's beacons are in, or at the guard time at the latest.
 
     That is as late as it can be for the first frame to come at its instant: beacons that miss it
-    cost a message more to everyone in range.
+    cost a message more to everyone in range. Where many are missing by then, that would keep the
+    others for longer than they wait: but one that is slow by itself is not waited for.
 
     What becomes of a frame is drawn as in lock-step, by seed, link and sequence number. It is
     delivered at its own instant, or up to a millisecond later together with others to the same
@@ -47,14 +50,16 @@ class LiveChannel:
             round(_GUARD_NS * scenario.speed),
             self._agent.least_latency_ns - round(_PREPARE_NS * scenario.speed),
         )
+        self._busy_ns = round(_BUSY_NS * scenario.speed)
         self._gather_ns = round(_GATHER_NS * scenario.speed)
         self._window_ns = round(_WINDOW_NS * scenario.speed)
         self._positions: dict[int, _Mail] = {}  # by cycle, the newest ones
         self._waiting: dict[int, dict[int, _Mail]] = {}  # beacons by cycle and vehicle
         self._since_ns: dict[int, int] = {}  # when the first of those came, by cycle
         self._told = dict.fromkeys(self._vehicles, -1)  # cycle of the newest beacon of each
-        self._cycle = -1  # the newest whose frames went on the air, and who had sent one by then
+        self._cycle = -1  # the newest whose frames went on the air, who had sent one by then
         self._present = set(self._vehicles)
+        self._absent = set[int]()  # and who had not, but had in the cycle before
         self._batch: tuple[int, list[Envelope]] | None = None  # what is delivered next, and when
 
     @property
@@ -116,17 +121,21 @@ class LiveChannel:
 
     def _airs_ns(self, cycle: int) -> int:
         """At once where nobody is waited for: who was missed in the last cycle may be gone."""
+        here = self._waiting[cycle].keys()
         if cycle <= self._cycle:  # the others are on the air
-            return self._since_ns[cycle] + self._gather_ns
-        is_complete = self._present <= self._waiting[cycle].keys()
-        return cycle * self._period_ns + (0 if is_complete else self._guard_ns)
+            return self._since_ns[cycle] + (self._gather_ns if self._absent - here else 0)
+        missing = len(self._present - here)
+        busy_ns = self._busy_ns if missing >= _MANY else 0
+        return cycle * self._period_ns + (self._guard_ns + busy_ns if missing else 0)
 
     def _transmit(self, cycle: int) -> Envelope:
         beacons = self._waiting.pop(cycle)
         del self._since_ns[cycle]
         if cycle > self._cycle:
+            self._absent = self._present - beacons.keys()
             self._cycle, self._present = cycle, set(beacons)
         elif cycle == self._cycle:
+            self._absent -= beacons.keys()
             self._present |= beacons.keys()
         silence = (pb.Beacon(cycle=cycle, silent=True), b"")
         mail = [beacons.get(vehicle, silence) for vehicle in self._vehicles]

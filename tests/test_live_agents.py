@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from tests.virtual_time import Logged, in_lock_step, in_virtual_time
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.live import LiveAgent, Post
-from zenvoy.bus.topics import BEACON, COMMAND, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
 from zenvoy.channel.live import LiveChannel
 from zenvoy.scenarios import Scenario, load
 from zenvoy.vehicles.live import LiveVehicle
@@ -332,21 +333,58 @@ def test_a_vehicle_that_is_kept_from_its_decision_for_a_cycle_leaves_it(tmp_path
     assert pb.Command.FromString(command.payload).cycle == 1
 
 
-def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
-    tmp_path: Path,
-) -> None:
-    channel = LiveChannel(scenario(tmp_path, QUIET))
+def beacons_to(channel: LiveChannel, size: int) -> Callable[..., None]:
+    """Lets it hear of positions, or of a cycle's beacons of some vehicles."""
 
     def hear(topic: Topic[Any], cycle: int, *vehicles: int, came_ns: int = 0) -> None:
         for vehicle in vehicles:
             told: dict[str, Any] = {"cycle": cycle, "time_ns": cycle * 100 * MS}
             message = pb.Beacon(**told, vehicle=vehicle, sequence=cycle)
             if topic is POSITIONS:
-                assert channel.hear(
-                    post(topic, 0, came_ns, pb.Positions(**told, position=[60, 40, 20, 0]))
-                )
+                places = pb.Positions(**told, position=range(20 * size, 0, -20))
+                assert channel.hear(post(topic, 0, came_ns, places))
             else:
                 assert channel.hear(post(topic, vehicle, came_ns, message))
+
+    return hear
+
+
+def test_the_channel_waits_longer_where_so_many_are_missing_that_it_is_the_machine(
+    tmp_path: Path,
+) -> None:
+    channel = LiveChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
+    hear = beacons_to(channel, size=8)
+    hear(POSITIONS, 0, 0)
+    hear(BEACON, 0, 1, 2, 3, 4)
+    assert due(channel) == 19.4 * MS
+    hear(BEACON, 0, 5)
+    assert due(channel) == 7.4 * MS  # three may be slow by themselves
+    hear(BEACON, 0, 6, 7, 8)
+    assert due(channel) == 0
+
+
+@pytest.mark.parametrize(("in_time", "airs_ms"), [(6, 17), (7, 12)])
+def test_late_beacons_wait_for_others_that_are_late(
+    tmp_path: Path, in_time: int, airs_ms: int
+) -> None:
+    channel = LiveChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
+    hear = beacons_to(channel, size=8)
+    hear(POSITIONS, 0, 0)
+    hear(BEACON, 0, *range(1, in_time + 1))
+    (links,) = channel.act(8 * MS)
+    assert links.topic is LINKS
+    assert channel.act(8 * MS) == []  # it prepares what it delivers next
+    assert len(channel.act(11 * MS)) == 8
+    assert due(channel) is None
+    hear(BEACON, 0, 8, came_ns=12 * MS)
+    assert due(channel) == airs_ms * MS
+
+
+def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
+    tmp_path: Path,
+) -> None:
+    channel = LiveChannel(scenario(tmp_path, QUIET))
+    hear = beacons_to(channel, size=4)
 
     def frames() -> set[int]:
         """Sources of the frames that go on the air now."""
@@ -362,8 +400,7 @@ def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
     assert channel.act(8 * MS) == []  # it prepares what it delivers next
     assert due(channel) == 10.4 * MS
     hear(BEACON, 0, 4, came_ns=7 * MS)  # later than the others
-    assert due(channel) == 9 * MS  # others that are late have a chance to come with it
-    assert frames() == {4}
+    assert frames() == {4}  # at once, as there are no others that are late
     assert channel.act(9 * MS) == []
     receives = channel.act(10 * MS + 400_000)
     assert [envelope.vehicle for envelope in receives] == [1, 2, 3, 4]
