@@ -120,7 +120,7 @@ def main() -> None:
     for vehicles in told.sizes:
         kept = keep(vehicles, told.duration_s, settings, told.scenario, told.vehicles_per_process)
         table.add_row(str(vehicles), *_row(kept))
-    Console(width=160).print(table)
+    Console(width=200).print(table)
 
 
 if __name__ == "__main__":
