@@ -19,7 +19,7 @@ _MOST_ROUNDS: Final = 1_000  # of emptying queues that fill again, before it loo
 class ZenohBus(Connection):
     """Drives an agent in lock-step: each of its steps when all that it waits for is there.
 
-    It waits for one stream at a time. Zenoh's only thread stands still as long as the queue of
+    It waits for one stream at a time. Zenoh's thread of a link stands still as long as the queue of
     another one is full, which no fleet can bring about by itself, but anyone who floods a key. So
     where messages are refused, or nothing comes, all queues are emptied.
     """
