@@ -20,7 +20,7 @@ def pause() -> None:
 
     For who watches several queues, of which Zenoh can wait for one alone.
     """
-    time.sleep(0.0002)
+    time.sleep(0.0002)  # yields; what is waited for is looked at again, not taken to be there
 
 
 @dataclass(frozen=True, slots=True)

@@ -201,7 +201,7 @@ class Connection:
         return 4 * len(self._wiring.vehicles) + 64
 
     def _subscribe(self) -> None:
-        """To each topic once: a stream of each vehicle that it is would be too many."""
+        """One subscriber for each topic, whatever the number of vehicles."""
         agent, run = self._participant, self._wiring.run
         for topic in TOPICS:
             if topic.reader == agent.role and topic.pattern is not None:
@@ -210,8 +210,8 @@ class Connection:
                 self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
     def _handler(self, topic: Topic[Any]) -> Any:
-        """What Zenoh hands the samples of a topic to."""
-        raise NotImplementedError
+        """What Zenoh hands the samples of a topic to; each of the two buses says what."""
+        raise NotImplementedError  # with ABC, _stuck would have to be abstract too
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK

@@ -145,7 +145,7 @@ class Command:
                 stdout=out if stdout is None else stdout,
                 stderr=err,
                 start_new_session=True,
-                preexec_fn=lambda: _as_in_a_terminal(limit),  # noqa: PLW1509
+                preexec_fn=lambda: _as_in_a_terminal(limit),  # noqa: PLW1509  # no threads here
             )
 
     @property

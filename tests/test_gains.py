@@ -96,7 +96,7 @@ def test_stays_right_when_it_is_full() -> None:
     """Random histories never meet again: more of them than are kept."""
     random = np.random.default_rng(5)
     schedule = fresh()
-    point, P = schedule.first, R  # noqa: N806
+    point, P = schedule.first, R  # noqa: N806  # the letters of the field
     periods = random.integers(1, 4, size=4_600).tolist()
     for number in periods:
         point = schedule.step(point, number)
