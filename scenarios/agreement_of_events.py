@@ -14,8 +14,8 @@ from zenvoy.scenarios.wording import trimmed
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema import Scenario
 
-# As many as can be written out and read back as YAML in a few seconds: 5 h at one per second.
-_MOST_POINTS = 20_000
+# 100 minutes at ten per second: as many as a YAML file of at most 200,000 values can hold.
+_MOST_POINTS = 60_000
 
 
 def events_that_disagree(scenario: Scenario) -> Iterator[Problem]:

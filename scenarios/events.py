@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Discriminator, Field, Tag
 
 from zenvoy.scenarios.section import NS_PER_S, NonNegative, Positive, Section
+from zenvoy.scenarios.trace_files import trace_file_schema
 
 Vehicle = Annotated[int, Field(ge=1)]
 Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_s, speed_mps
@@ -66,7 +67,7 @@ class Sine(Section):
 def _file_instead_of_points(schema: dict[str, Any]) -> None:
     """What only a file may say: `zenvoy.scenarios.files` puts the contents into points."""
     points = schema["properties"].pop("points")
-    schema["properties"] |= {"file": {"type": "string"}, "points": points}
+    schema["properties"] |= {**trace_file_schema(), "points": points}
     schema["required"].remove("points")
 
 
@@ -92,12 +93,15 @@ class Trace(Section):
     @property
     def start_ns(self) -> int:
         """When it begins: at the first point."""
-        return self.times_ns[0]
+        return self._instant_ns(0)
 
     @property
     def end_ns(self) -> int:
         """When it ends: at the last point."""
-        return self.times_ns[-1]
+        return self._instant_ns(-1)
+
+    def _instant_ns(self, index: int) -> int:
+        return round(self.at_s * NS_PER_S) + round(self.points[index][0] * NS_PER_S)
 
 
 def _type_of(event: object) -> str | None:

@@ -7,12 +7,13 @@ from typing import Final
 
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.origin import Origin
-from zenvoy.scenarios.tables import Table
+from zenvoy.scenarios.tables import Numbers, Table
+from zenvoy.scenarios.trace_files import TraceFile
 from zenvoy.scenarios.tree import Node, planted
 from zenvoy.scenarios.wording import dotted
 
-TRACE: Final = Table("points", ("time_s", "speed_mps"))
-LATENCY: Final = Table("samples_ms", ("latency_ms",), required=False)
+TRACE: Final = Table("points", TraceFile())
+LATENCY: Final = Table("samples_ms", Numbers("latency_ms"), required=False)
 
 
 def with_tables(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[Problem]]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
+import zlib
 from dataclasses import dataclass
 from importlib.resources.abc import Traversable
 from pathlib import Path, PurePosixPath
+from typing import Final
 
 from zenvoy.scenarios.errors import Place, Problem, UnknownScenarioError, UnreadableScenarioError
 from zenvoy.scenarios.explain import nearest
 from zenvoy.scenarios.library import inside, packaged
 from zenvoy.scenarios.wording import shown
+
+_MOST_BYTES: Final = 16 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,11 +32,14 @@ class Origin:
         return self.builtin, self.name if self.builtin else os.path.realpath(self.source)
 
     def text(self, rank: int = 0) -> str:
-        """Its contents. Raises OSError, or UnreadableScenarioError where they are not UTF-8.
+        """Its contents, unpacked if its name ends in .gz.
 
-        `rank` is that of the places in it.
+        `rank` is that of the places in it. Raises OSError, ValueError where it cannot be unpacked,
+        or UnreadableScenarioError where it is not UTF-8.
         """
         data = self.entry.read_bytes()
+        if self.entry.name.endswith(".gz"):
+            data = _unpacked(data)
         try:
             return data.decode()
         except UnicodeDecodeError as error:
@@ -70,6 +77,23 @@ def from_here(path: str | Path) -> Origin:
     """The file at a path from the folder of the command, whether it exists or not."""
     entry = Path(path)
     return Origin(name=entry.stem, source=str(path), entry=entry, builtin=False)
+
+
+def _unpacked(data: bytes) -> bytes:
+    """What is in a gzip file; not more than is allowed, however small the file is."""
+    text = b""
+    while data:  # a file may have several parts
+        unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+        try:
+            text += unpacker.decompress(data, _MOST_BYTES + 1 - len(text))
+        except zlib.error:
+            raise ValueError("not a file of gzip") from None
+        if len(text) > _MOST_BYTES:
+            raise ValueError(f"more than {_MOST_BYTES >> 20} MiB, the most that are allowed")
+        if not unpacker.eof:
+            raise ValueError("its end is missing")
+        data = unpacker.unused_data
+    return text
 
 
 def _is_file(path: str | Path) -> bool:

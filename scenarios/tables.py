@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from io import StringIO
+from typing import Protocol
 
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
@@ -22,15 +23,28 @@ from zenvoy.scenarios.wording import shown
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
+class Reader(Protocol):
+    """Reads the text of a file as the list that it stands for."""
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """What a section may say of the file, beside its name."""
+        ...
+
+    def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
+        """The list in `text`, each entry with its place in the file, of which `top` is the whole.
+
+        `key` is that of the section. Raises ScenarioError, or ValueError where it is no such file.
+        """
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
-    """What a section may give as a list under `entry`, or as a CSV `file` with this header.
-
-    Rows of one column become numbers, of more become lists of numbers.
-    """
+    """What a section may give as a list under `entry`, or in a `file`."""
 
     entry: str
-    header: tuple[str, ...]
+    reader: Reader
     required: bool = True
 
     def filled(
@@ -51,64 +65,79 @@ class Table:
         except ScenarioError as error:
             problems += error.problems
             rows = Node(Unreadable.UNREADABLE, section.place)
-        rest = {name: child for name, child in section.value.items() if name != "file"}
+        of_file = {"file", *self.reader.options}
+        rest = {name: child for name, child in section.value.items() if name not in of_file}
         return replace(section, value={**rest, self.entry: rows}), problems
 
     def _rows_of(self, section: Node, key: str, origins: Mapping[str, Origin]) -> Node:
         """The list, as given or as read; raises ScenarioError."""
         file, given = section.child("file"), section.child(self.entry)
+        options = {name: n for name in self.reader.options if (n := section.child(name))}
         if file is None and given is None:
             text = f"neither file nor {self.entry} is given; allowed: one of both"
             raise _refused(key, text, section.place)
         if file is None or (given is not None and given.place.rank > file.place.rank):
             assert given is not None
+            if file is None and options:
+                name, node = next(iter(options.items()))
+                raise _refused(f"{key}.{name}", "given without a file; allowed: none", node.place)
             return given
-        key = f"{key}.file"
         if given is not None and given.place.rank == file.place.rank:
-            raise _refused(key, f"given beside {self.entry}; allowed: one of both", file.place)
+            text = f"given beside {self.entry}; allowed: one of both"
+            raise _refused(f"{key}.file", text, file.place)
         if file.value is Unreadable.UNREADABLE:
             return file
         if not isinstance(file.value, str):
             text = f"{shown(file.plain())} is not text, the name of a CSV file"
-            raise _refused(key, text, file.place)
+            raise _refused(f"{key}.file", text, file.place)
         origin = origins.get(file.place.source)
         beside = from_here(file.value) if origin is None else origin.beside(file.value)
-        return self._read(beside, key, file.place)
+        return self._read(beside, key, file.place, options)
 
-    def _read(self, origin: Origin, key: str, named: Place) -> Node:
-        """The rows in a CSV file named at a place, each with its own; raises ScenarioError."""
+    def _read(self, origin: Origin, key: str, named: Place, options: Mapping[str, Node]) -> Node:
+        """The rows in a file named at a place, each with its own; raises ScenarioError."""
         top = Place(source=origin.source, rank=named.rank)
         try:
-            header, *rows = _rows(origin.text(named.rank), top)
+            return self.reader.read(origin.text(named.rank), top, key, options)
         except UnreadableScenarioError as error:
-            raise InvalidScenarioError(
-                replace(problem, key=key) for problem in error.problems
-            ) from None
+            problems = [replace(problem, key=f"{key}.file") for problem in error.problems]
+            raise InvalidScenarioError(problems) from None
         except (OSError, ValueError, csv.Error) as error:
             why = error.strerror if isinstance(error, OSError) else error
             text = f"{shown(origin.source)} cannot be read: {why}"
-            raise _refused(key, text, named) from None
-        said = [(place, text) for row, place in rows for text in self._of_row(row)]
-        if texts := self._of_header(header[0]):
-            said.insert(0, (header[1], texts[0]))
-        problems = [Problem(key=key, text=text, place=place) for place, text in said]
-        if problems:
-            raise InvalidScenarioError(problems)
-        return Node(tuple(_numbers(row, place) for row, place in rows), top)
+            raise _refused(f"{key}.file", text, named) from None
 
-    def _of_header(self, row: list[str]) -> list[str]:
-        said, header = ",".join(cell.strip() for cell in row), ",".join(self.header)
-        return [] if said == header else [f"{shown(said)} is not the header {header}"]
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """Reads a CSV file with just one column, of numbers, under a header that is given."""
+
+    header: str
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
+        """The numbers, as `Reader` has it."""
+        header, *rows = _rows(text, top)
+        said = [(place, found) for row, place in rows for found in self._of_row(row)]
+        name = ",".join(cell.strip() for cell in header[0])
+        if name != self.header:
+            said.insert(0, (header[1], f"{shown(name)} is not the header {self.header}"))
+        if said:
+            raise InvalidScenarioError(
+                Problem(key=f"{key}.file", text=found, place=place) for place, found in said
+            )
+        return Node(tuple(Node(float(cell), place) for (cell,), place in rows), top)
 
     def _of_row(self, row: list[str]) -> list[str]:
-        width = len(self.header)
-        if len(row) != width:
-            return [f"a row of {len(row)} is not a row of {width}, {','.join(self.header)}"]
-        return [
-            f"{name}: {shown(cell)} is not a number"
-            for name, cell in zip(self.header, row, strict=True)
-            if not _NUMBER.fullmatch(cell.strip())
-        ]
+        if len(row) != 1:
+            return [f"a row of {len(row)} is not a row of 1, {self.header}"]
+        if not _NUMBER.fullmatch(row[0].strip()):
+            return [f"{self.header}: {shown(row[0])} is not a number"]
+        return []
 
 
 def _rows(text: str, top: Place) -> list[tuple[list[str], Place]]:
@@ -117,11 +146,6 @@ def _rows(text: str, top: Place) -> list[tuple[list[str], Place]]:
     header = next(reader, [])
     rows = ((row, replace(top, line=reader.line_num)) for row in reader)
     return [(header, replace(top, line=1)), *((row, place) for row, place in rows if row)]
-
-
-def _numbers(row: list[str], place: Place) -> Node:
-    cells = tuple(Node(float(cell), place) for cell in row)
-    return cells[0] if len(cells) == 1 else Node(cells, place)
 
 
 def _refused(key: str, text: str, place: Place) -> InvalidScenarioError:

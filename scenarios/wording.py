@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 _LONGEST = 60
+_MOST_NAMES = 24
 
 
 def one_line(text: str) -> str:
@@ -29,6 +30,13 @@ def shown(value: object) -> str:
         case _:
             text = repr(value)
             return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names with commas between them, the first 24 and how many more there are."""
+    more = len(names) - _MOST_NAMES
+    text = ", ".join(map(one_line, names[:_MOST_NAMES]))
+    return text if more <= 0 else f"{text} and {more} more"
 
 
 def trimmed(number: float) -> str:

@@ -324,24 +324,32 @@ def test_a_setting_names_a_file_from_the_folder_of_the_command(here: Here) -> No
     [
         (
             "0,30\n1,31\n",
-            ["events.0.file: '0,30' is not the header time_s,speed_mps  (drive.csv, line 1)"],
+            [
+                "events.0.file: '0,30' names no time and speed, as the header time_s,speed_mps "
+                "does  (drive.csv, line 1)"
+            ],
         ),
-        ("", ["events.0.file: '' is not the header time_s,speed_mps  (drive.csv, line 1)"]),
+        (
+            "",
+            [
+                "events.0.file: '' names no time and speed, as the header time_s,speed_mps does"
+                "  (drive.csv, line 1)"
+            ],
+        ),
         (
             "time_s,speed_mps\n0,30\nsoon,31\n2,\n3\n4,5,6\n",
             [
                 "events.0.file: time_s: 'soon' is not a number  (drive.csv, line 3)",
-                "events.0.file: speed_mps: '' is not a number  (drive.csv, line 4)",
-                "events.0.file: a row of 1 is not a row of 2, time_s,speed_mps"
+                "events.0.file: a row of 1 is not a row of 2, time_s, speed_mps"
                 "  (drive.csv, line 5)",
-                "events.0.file: a row of 3 is not a row of 2, time_s,speed_mps"
+                "events.0.file: a row of 3 is not a row of 2, time_s, speed_mps"
                 "  (drive.csv, line 6)",
             ],
         ),
         (
-            "time_s,speed_mps\n0,nan\n1,1_0\n",
+            "time_s,speed_mps\n0,inf\n1,1_0\n",
             [
-                "events.0.file: speed_mps: 'nan' is not a number  (drive.csv, line 2)",
+                "events.0.file: speed_mps: 'inf' is not a number  (drive.csv, line 2)",
                 "events.0.file: speed_mps: '1_0' is not a number  (drive.csv, line 3)",
             ],
         ),
@@ -364,11 +372,11 @@ def test_a_setting_names_a_file_from_the_folder_of_the_command(here: Here) -> No
         ),
         (
             "time_s,speed_mps\n0,30\n",
-            ["events.0.points: a list of 1 is not a list of 2 to 20000 points  (drive.csv)"],
+            ["events.0.points: a list of 1 is not a list of 2 to 60000 points  (drive.csv)"],
         ),
         (
-            "time_s,speed_mps\n" + "".join(f"{i},1\n" for i in range(20_001)),
-            ["events.0.points: a list of 20001 is not a list of 2 to 20000 points  (drive.csv)"],
+            "time_s,speed_mps\n" + "".join(f"{i},1\n" for i in range(60_001)),
+            ["events.0.points: a list of 60001 is not a list of 2 to 60000 points  (drive.csv)"],
         ),
     ],
 )
@@ -414,7 +422,7 @@ WAVE = "events:\n- {type: sine, vehicle: 1, at_s: 0, duration_s: 100, "
         (f"{HEAD}, points: 3}}", ["events.0.points: 3 is not a list"]),
         (
             f"{HEAD}, points: [[0, 1]]}}",
-            ["events.0.points: a list of 1 is not a list of 2 to 20000 points"],
+            ["events.0.points: a list of 1 is not a list of 2 to 60000 points"],
         ),
         (
             f"{HEAD}, points: [[0, 1], 3, [2], [3, 4, 5], [], [x, -1]]}}",
@@ -430,7 +438,10 @@ WAVE = "events:\n- {type: sine, vehicle: 1, at_s: 0, duration_s: 100, "
         ),
         (
             f"{HEAD}, points: [[0, 1], [1, 2]], deceleration_mps2: 3}}",
-            ["events.0.deceleration_mps2: unknown key; allowed: type, vehicle, at_s, file, points"],
+            [
+                "events.0.deceleration_mps2: unknown key; allowed: type, vehicle, at_s, file, "
+                "column, time_column, unit, time_unit, time, where, points"
+            ],
         ),
         (
             f"{WAVE}amplitud_mps: 1, frequency_hz: 0.1}}",
@@ -498,7 +509,7 @@ def test_speeds_of_one_vehicle_do_not_overlap(here: Here) -> None:
 def test_a_refused_value_does_not_make_speeds_overlap(here: Here) -> None:
     here(OVERLAP, "")
     assert refusal("events.1.points=[]") == [
-        "events.1.points: a list of 0 is not a list of 2 to 20000 points"
+        "events.1.points: a list of 0 is not a list of 2 to 60000 points"
         "  (--set events.1.points=[])"
     ]
     assert refusal("events.1.at_s=soon") == [

@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 
 import pytest
 
+from tests import recordings
 from zenvoy.scenarios import load
 from zenvoy.scenarios.allowed import interval, resolved, schema_at, types
 
@@ -114,4 +115,7 @@ BLOCKS: Final = re.findall(r"```(yaml|csv)\n(.*?)```", PAGE, re.S)
 def test_the_examples_load(tmp_path: Path, text: str) -> None:
     (tmp_path / "s.yaml").write_text(text)
     (tmp_path / "drive.csv").write_text(next(text for kind, text in BLOCKS if kind == "csv"))
+    (tmp_path / "openacc.csv").write_text(recordings.OPENACC)
+    (tmp_path / "fcd.csv").write_text(recordings.FCD)
+    (tmp_path / "epa.txt").write_text(recordings.EPA)
     load(tmp_path / "s.yaml")
