@@ -23,9 +23,14 @@ from typing import Any, Final, NamedTuple
 
 import psutil
 import pytest
+from hypothesis import settings
 from mcap.exceptions import EndOfFile
 from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
+
+# Something else may keep every core busy: an example that takes long says nothing.
+settings.register_profile("busy", deadline=None)
+settings.load_profile("busy")
 
 LIMIT_S: Final = 60.0
 _LIBC: Final = ctypes.CDLL(None)
