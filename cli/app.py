@@ -29,6 +29,7 @@ from zenvoy.cli.terminal import (
     refuse,
 )
 from zenvoy.scenarios import (
+    Control,
     Loaded,
     ScenarioError,
     builtin,
@@ -190,6 +191,36 @@ def channel(
     from zenvoy.cli.channel import channel
 
     raise typer.Exit(channel(_load(scenario, overrides, seed, duration_s), out, console, errors))
+
+
+@app.command()
+def trace(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table of times and speeds.")],
+    column: Annotated[str | None, typer.Option(help="Column of speeds, by name.")] = None,
+    time_column: Annotated[str | None, typer.Option(help="Column of times, by name.")] = None,
+    unit: Annotated[
+        str | None, typer.Option(help="Of the speeds: m/s, km/h, mph, knots [default: header's].")
+    ] = None,
+    time_unit: Annotated[
+        str | None, typer.Option(help="Of the times: s, ms, us, ns, min [default: header's, or s].")
+    ] = None,
+    time: Annotated[str | None, typer.Option(help="as-given, or from-first.")] = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COLUMN=VALUE", help="The only rows to read; repeatable."),
+    ] = None,
+    limit_mps2: Annotated[
+        float, typer.Option(help="Limit of commands to compare with, m/s².")
+    ] = Control().acceleration_limit_mps2,
+    out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-trace].")] = None,
+) -> None:
+    """Show what a scenario's trace would read of a file: table, picture, limits."""
+    from zenvoy.cli.trace import options_of, trace
+
+    if not 0.0 < limit_mps2 < float("inf"):
+        refuse(f"--limit-mps2 {limit_mps2:g}: is not a number above 0")
+    options = options_of(column, time_column, unit, time_unit, time, where or [])
+    raise typer.Exit(trace(file, options, limit_mps2, out, console, errors))
 
 
 for command in COMMANDS:

@@ -27,6 +27,7 @@ from zenvoy.scenarios.errors import (
 )
 from zenvoy.scenarios.events import Brake, Sine, Trace
 from zenvoy.scenarios.loader import Loaded, builtin, load
+from zenvoy.scenarios.recordings import Recording
 from zenvoy.scenarios.roster import Settings, group_members, roster
 from zenvoy.scenarios.schema import (
     Beacons,
@@ -44,8 +45,11 @@ from zenvoy.scenarios.schema import (
     Switch,
 )
 from zenvoy.scenarios.sets import members
+from zenvoy.scenarios.trace_files import read_trace
+from zenvoy.scenarios.trace_options import READERS as TRACE_OPTIONS
 
 __all__ = [
+    "TRACE_OPTIONS",
     "Beacons",
     "Brake",
     "Channel",
@@ -68,6 +72,7 @@ __all__ = [
     "Place",
     "Platoon",
     "Problem",
+    "Recording",
     "Road",
     "Rule",
     "Scenario",
@@ -88,5 +93,6 @@ __all__ = [
     "group_members",
     "load",
     "members",
+    "read_trace",
     "roster",
 ]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from zenvoy.scenarios.grid import is_number, likely_header
+from zenvoy.scenarios.grid import likely_header
 from zenvoy.scenarios.units import SPEEDS, TIMES, Ratio, split_header
 from zenvoy.scenarios.wording import listed, shown
 
@@ -76,7 +76,11 @@ def _words(name: str) -> frozenset[str]:
 
 def no_header(text: str, choice: Choice) -> RecordingError:
     """Which of the columns there is not, or is more than once, in what looks like the header."""
-    line, header = likely_header(text)
+    likely = likely_header(text)
+    if likely is None:
+        what = "no line names a time and a speed, as the header time_s,speed_mps does"
+        return RecordingError([(None, "", what)])
+    line, header = likely
     names = [cell for cell in header if cell]
     problems = []
     for key, wanted, units, words, what in (
@@ -90,10 +94,9 @@ def no_header(text: str, choice: Choice) -> RecordingError:
             problems.append((line, key, f"{shown(wanted)} is {how}; {allowed}"))
         elif wanted is None and count > 1:
             problems.append((line, key, f"not given, and {count} columns are a {what}; {allowed}"))
-        elif count == 0 and len(names) > 1 and not is_number(names[0]):
+        elif wanted is None and count == 0:
             problems.append((line, key, f"not given, and no column is just a {what}; {allowed}"))
     if not problems:
-        said = shown(",".join(header))
-        what = "names no time and speed, as the header time_s,speed_mps does"
-        problems = [(line, "", f"{said} {what}")]
+        name = shown(header[_matching(header, choice.column, SPEEDS, _OF_SPEEDS)[0]])
+        problems.append((line, "column", f"{name} is the column of times too"))
     return RecordingError(problems)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Discriminator, Field, Tag
 
 from zenvoy.scenarios.section import NS_PER_S, NonNegative, Positive, Section
-from zenvoy.scenarios.trace_files import trace_file_schema
+from zenvoy.scenarios.trace_options import trace_file_schema
 
 Vehicle = Annotated[int, Field(ge=1)]
 Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_s, speed_mps

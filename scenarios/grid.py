@@ -37,7 +37,7 @@ def grid_of(text: str, is_header: Callable[[Row], bool]) -> Grid | None:
 
     A header may stand behind a sign of comment, as numpy's savetxt writes it.
     """
-    lines = tuple(_LINES.split(text.removeprefix("\ufeff")))
+    lines = _lines(text)
     for line, row_text in enumerate(lines[:_LAST_LINE_OF_A_HEADER], start=1):
         for delimiter in DELIMITERS:
             row = cells(_uncommented(row_text), delimiter)
@@ -47,20 +47,19 @@ def grid_of(text: str, is_header: Callable[[Row], bool]) -> Grid | None:
     return None
 
 
-def likely_header(text: str) -> tuple[int, Row]:
-    """The line that looks most like a header: the last one before a row that begins with a number.
+def likely_header(text: str) -> tuple[int, Row] | None:
+    """The last line of several cells before a row that begins with a number, and which one it is.
 
-    The first line, where there is no such line.
+    None where there is no such row: then the text is no table, and its words are nobody's columns.
     """
-    lines = _LINES.split(text.removeprefix("\ufeff"))[:_LAST_LINE_OF_A_HEADER]
     best: tuple[int, Row] | None = None
-    for line, row_text in enumerate(lines, start=1):
+    for line, row_text in enumerate(_lines(text)[:_LAST_LINE_OF_A_HEADER], start=1):
         row = cells(_uncommented(row_text), _delimiter_in(row_text))
         if len(row) > 1 and is_number(row[0]):
-            break
+            return best
         if len(row) > 1:
             best = (line, row)
-    return best or (1, cells(lines[0], _delimiter_in(lines[0])))
+    return None
 
 
 def cells(text: str, delimiter: str) -> Row:
@@ -75,6 +74,10 @@ def cells(text: str, delimiter: str) -> Row:
 def is_number(cell: str) -> bool:
     """Whether a cell begins as a number does."""
     return re.match(r"[+-]?[.,]?\d", cell) is not None
+
+
+def _lines(text: str) -> tuple[str, ...]:
+    return tuple(_LINES.split(text.removeprefix("\ufeff")))
 
 
 def _uncommented(text: str) -> str:

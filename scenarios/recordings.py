@@ -93,7 +93,7 @@ class _Reader:
             time_column=time_name,
             unit=unit,
             time_unit="date" if dates else time_unit,
-            first_time=mine[0][1][self._time_index],
+            first_time=str(present[0][1]) if present else "",
             from_first=from_first,
             missing=len(read) - len(present),
             longest_gap_s=_longest_gap(read, lines, times),

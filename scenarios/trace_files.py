@@ -1,33 +1,24 @@
-"""The points of a trace out of a file, as the scenario says that it is to be read."""
+"""The points of a trace out of a file, read as the scenario or the command line says."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from pathlib import Path
 
 from zenvoy.scenarios.columns import Choice, RecordingError
-from zenvoy.scenarios.errors import InvalidScenarioError, Place, Problem
-from zenvoy.scenarios.recordings import recording
-from zenvoy.scenarios.tree import Node
-from zenvoy.scenarios.units import SPEEDS, TIMES, unit_named
-from zenvoy.scenarios.wording import shown, trimmed
-
-TIME_WORDS: Final = ("as-given", "from-first")
-OPTIONS: Final = ("column", "time_column", "unit", "time_unit", "time", "where")
-
-
-def trace_file_schema() -> dict[str, dict[str, Any]]:
-    """What a scenario may say of a trace's file, as JSON schema: for messages and the docs."""
-    return {
-        "file": {"type": "string"},
-        "column": {"type": "string"},
-        "time_column": {"type": "string"},
-        "unit": {"enum": list(SPEEDS)},
-        "time_unit": {"enum": list(TIMES)},
-        "time": {"enum": list(TIME_WORDS)},
-        "where": {"type": "object"},
-    }
+from zenvoy.scenarios.errors import (
+    InvalidScenarioError,
+    Place,
+    Problem,
+    UnreadableScenarioError,
+)
+from zenvoy.scenarios.origin import from_here
+from zenvoy.scenarios.recordings import Recording, recording
+from zenvoy.scenarios.trace_options import READERS
+from zenvoy.scenarios.tree import Node, Scalar
+from zenvoy.scenarios.validate import validated
+from zenvoy.scenarios.wording import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,106 +28,76 @@ class TraceFile:
     @property
     def options(self) -> tuple[str, ...]:
         """How to read it."""
-        return OPTIONS
+        return tuple(READERS)
 
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
         """Points of [time_s, speed_mps], as `Reader` has it."""
-        choice = _choice(key, options)
-        try:
-            read = recording(text, choice)
-        except RecordingError as error:
-            raise InvalidScenarioError(
-                _problem(found, top, key, options) for found in error.problems
-            ) from None
-        points = zip(read.points, read.lines, strict=True)
-        return Node(tuple(_point(point, replace(top, line=n)) for point, n in points), top)
+        values = {name: node.plain() for name, node in options.items()}
+        places = {name: node.place for name, node in options.items()}
+        read = _recording(text, top, f"{key}.", values, places)
+        return _points(read, top)
 
 
-def choice_of(values: Mapping[str, object]) -> Choice:
-    """The choice that these options, by name, make. Raises ValueError: "unit: 3 is not …"."""
-    said: dict[str, Any] = {}
-    for name, value in values.items():
+def read_trace(path: Path, options: Mapping[str, object]) -> Recording:
+    """The recording in a file, read and checked as a trace with these options would be.
+
+    Raises InvalidScenarioError; the keys of its problems are names of options, "file" or "points".
+    """
+    top = Place(source=str(path))
+    try:
+        read = _recording(from_here(path).text(), top, "", options, {})
+    except UnreadableScenarioError as error:
+        raise InvalidScenarioError(replace(p, key="file") for p in error.problems) from None
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        text = f"{shown(str(path))} cannot be read: {why}"
+        raise InvalidScenarioError([Problem(key="file", text=text)]) from None
+    event: dict[str, Scalar] = {"type": "trace", "vehicle": 1, "at_s": 0.0}
+    nodes = {name: Node(value, top) for name, value in event.items()}
+    root = Node({"events": Node((Node({**nodes, "points": _points(read, top)}, top),), top)}, top)
+    try:
+        validated(root)
+    except InvalidScenarioError as error:
+        raise InvalidScenarioError(replace(p, key="points") for p in error.problems) from None
+    return read
+
+
+def _recording(
+    text: str,
+    top: Place,
+    prefix: str,
+    options: Mapping[str, object],
+    places: Mapping[str, Place],
+) -> Recording:
+    """Raises InvalidScenarioError with all that is wrong with the options, or else with the text.
+
+    Keys have the prefix. `places` are those of the options; without, they have none.
+    """
+    choice, problems = {}, []
+    for name, value in options.items():
         try:
-            said[name] = _READERS[name](value)
+            choice[name] = READERS[name](value)
         except ValueError as error:
-            raise ValueError(f"{name}: {error}") from None
-    return Choice(**said)
-
-
-def _choice(key: str, options: Mapping[str, Node]) -> Choice:
-    """As `choice_of`; raises InvalidScenarioError with all that is wrong."""
-    said: dict[str, Any] = {}
-    problems = []
-    for name, node in options.items():
-        try:
-            said[name] = _READERS[name](node.plain())
-        except ValueError as error:
-            problems.append(Problem(key=f"{key}.{name}", text=str(error), place=node.place))
+            place = places.get(name)
+            problems.append(Problem(key=f"{prefix}{name}", text=str(error), place=place))
     if problems:
         raise InvalidScenarioError(problems)
-    return Choice(**said)
+    try:
+        return recording(text, Choice(**choice))
+    except RecordingError as error:
+        raise InvalidScenarioError(
+            Problem(
+                key=f"{prefix}{name or 'file'}",
+                text=found,
+                place=places.get(name, replace(top, line=line)),
+            )
+            for line, name, found in error.problems
+        ) from None
 
 
-def _problem(
-    found: tuple[int | None, str, str], top: Place, key: str, options: Mapping[str, Node]
-) -> Problem:
-    """At the option that is wrong, where it is given; else at the line of the file."""
-    line, name, text = found
-    place = options[name].place if name in options else replace(top, line=line)
-    return Problem(key=f"{key}.{name or 'file'}", text=text, place=place)
-
-
-def _point(point: tuple[float, float], place: Place) -> Node:
-    return Node((Node(point[0], place), Node(point[1], place)), place)
-
-
-def _name(value: object) -> str:
-    """A column's name; one that is a number in YAML is a text all the same."""
-    if isinstance(value, str | int) and not isinstance(value, bool):
-        return str(value)
-    raise ValueError(f"{shown(value)} is not text, the name of a column")
-
-
-def _unit(value: object) -> str:
-    return _one_of(value, SPEEDS)
-
-
-def _time_unit(value: object) -> str:
-    return _one_of(value, TIMES)
-
-
-def _one_of(value: object, units: Mapping[str, object]) -> str:
-    unit = unit_named(value, units) if isinstance(value, str) else None
-    if unit is None:
-        raise ValueError(f"{shown(value)} is not one of {', '.join(units)}")
-    return unit
-
-
-def _time(value: object) -> str:
-    if value not in TIME_WORDS:
-        raise ValueError(f"{shown(value)} is not one of {', '.join(TIME_WORDS)}")
-    return str(value)
-
-
-def _where(value: object) -> dict[str, str]:
-    if not isinstance(value, dict) or not all(map(_is_cell, value.values())):
-        raise ValueError(f"{shown(value)} is not a mapping from columns to values")
-    return {str(name): _cell(cell) for name, cell in value.items()}
-
-
-def _is_cell(value: object) -> bool:
-    return isinstance(value, str | int | float) and not isinstance(value, bool)
-
-
-def _cell(value: str | int | float) -> str:
-    return value.strip() if isinstance(value, str) else trimmed(value)
-
-
-_READERS: Final = {
-    "column": _name,
-    "time_column": _name,
-    "unit": _unit,
-    "time_unit": _time_unit,
-    "time": _time,
-    "where": _where,
-}
+def _points(read: Recording, top: Place) -> Node:
+    points = []
+    for (time_s, speed_mps), line in zip(read.points, read.lines, strict=True):
+        place = replace(top, line=line)
+        points.append(Node((Node(time_s, place), Node(speed_mps, place)), place))
+    return Node(tuple(points), top)

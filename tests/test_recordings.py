@@ -171,6 +171,16 @@ def test_what_was_left_out_is_counted() -> None:
                 (4, "", "'5' and the first time are not dates of one kind"),
             ],
         ),
+        (
+            "v,speed_mps\n0,1\n",
+            Choice(column="v", time_column="v", unit="m/s"),
+            [(1, "column", "'v' is the column of times too")],
+        ),
+        (
+            "root:secret,of:somebody\nnext,line\n",  # the text of what is no table is not shown
+            Choice(),
+            [(None, "", "no line names a time and a speed, as the header time_s,speed_mps does")],
+        ),
         ("time,speed_mps\n", Choice(), [(1, "", "no row is below the header")]),
     ],
 )
