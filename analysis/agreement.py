@@ -13,6 +13,8 @@ from zenvoy.analysis.metrics import fit
 class Fit(NamedTuple):
     """Root mean square error in the values' unit, both readings of "R²", and of how many values.
 
+    `spread` is the standard deviation of the truth.
+
     `r2` is 1 - SS_res / SS_tot, which an offset or a noise larger than the truth's own variation
     makes negative; `r2_correlation` is the square of Pearson's correlation coefficient, which
     sees neither offset nor scale. NaN where they are not defined: the truth does not vary, or,
@@ -23,6 +25,7 @@ class Fit(NamedTuple):
     r2: float
     r2_correlation: float
     samples: int
+    spread: float
 
 
 def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
@@ -39,6 +42,7 @@ def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
         r2=found.r2,
         r2_correlation=_correlation(values[known], truth[known]) ** 2,
         samples=int(known.sum()),
+        spread=found.spread,
     )
 
 

@@ -13,15 +13,15 @@ from matplotlib.figure import Figure
 
 from zenvoy.analysis import style
 from zenvoy.analysis.distribution import Steps, steps
+from zenvoy.analysis.happenings import Happening, happenings
+from zenvoy.analysis.instants import instants_s
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.log import read_frames
+from zenvoy.analysis.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.analysis.section import Picture
-from zenvoy.analysis.spans import disturbances
 from zenvoy.scenarios import roster
 
-_AFTER_S: Final = (0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000)
-_SNAPSHOTS: Final = 6
 _LINES: Final = ("-", "--", ":", "-.")
 
 
@@ -38,7 +38,7 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
         Picture(
             name="compare-speeds",
             caption="Speed of every vehicle over time, with one scale of colours for all runs. "
-            "A wave shows as a band that crosses the vehicles.",
+            "A wave shows as a band that crosses the vehicles. Bars above tell what happened.",
             draw=partial(_speeds, runs),
         ),
         Picture(
@@ -89,10 +89,14 @@ def _lines(runs: Sequence[Labelled]) -> list[dict[str, Any]]:
     ]
 
 
-def _legend(figure: Figure, axes: Any) -> None:
-    """One legend for all axes, above them."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(4, len(handles)))
+def _shared(runs: Sequence[Labelled]) -> list[Happening]:
+    """What happened at the same time in all runs."""
+    first, *others = (happenings(run) for _, run in runs)
+    return [each for each in first if all(_same(each, other) for other in others)]
+
+
+def _same(happening: Happening, others: Sequence[Happening]) -> bool:
+    return any(happening[:3] == other[:3] for other in others)
 
 
 def _speeds(runs: Sequence[Labelled]) -> Figure:
@@ -117,14 +121,16 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
             vmin=low,
             vmax=high,
         )
-        axes.set_title(style.plain(label), loc="left")
+        axes.set_title(style.plain(label), loc="left", pad=ABOVE_BARS_PT)
         axes.set(xlim=(0.0, last_s), ylim=(0.5, most + 0.5))
         axes.grid(visible=False)
-        axes.yaxis.get_major_locator().set_params(integer=True)
+        style.whole_numbers(axes.yaxis)
+        mark(axes, happenings(run), image=True)
     for axes in grid.flat[len(runs) :]:
         axes.set_visible(False)
     scale = ScalarMappable(Normalize(low, high), style.SPEED_MAP)
     figure.colorbar(scale, ax=grid, label="speed, m/s")
+    style.figure_legend(figure, *grid.flat[: len(runs)])
     figure.supxlabel("time, s", fontsize="medium")
     figure.supylabel("vehicle", fontsize="medium")
     return figure
@@ -140,24 +146,14 @@ def _distances(runs: Sequence[Labelled]) -> Figure:
         axes.set_ylabel(name)
     pair[1].set_xlabel("time, s")
     pair[1].set_xlim(0.0, max(run.time_s[-1] for _, run in runs))
-    _legend(figure, pair[0])
+    for axes in pair:
+        mark(axes, _shared(runs))
+    style.figure_legend(figure, *pair)
     return figure
 
 
-def instants_s(runs: Sequence[Labelled]) -> list[float]:
-    """When snapshots are taken: up to six instants that all runs have, farther and farther apart.
-
-    They count from the first disturbance of any run.
-    """
-    last_s = min(float(run.time_s[-1]) for _, run in runs)
-    disturbed_s = [what.start_s for _, run in runs for what in disturbances(run.events)]
-    start_s = min([*(at_s for at_s in disturbed_s if at_s < last_s), last_s])
-    start_s = 0.0 if start_s == last_s else start_s
-    return [start_s + after_s for after_s in _AFTER_S if start_s + after_s <= last_s][-_SNAPSHOTS:]
-
-
 def _snapshots(runs: Sequence[Labelled]) -> Figure:
-    instants = instants_s(runs)
+    instants = instants_s([run for _, run in runs])
     columns = min(3, len(instants))
     rows = -(-len(instants) // columns)
     figure, grid = style.subplots(
@@ -169,12 +165,12 @@ def _snapshots(runs: Sequence[Labelled]) -> Figure:
             vehicles = np.arange(1, run.vehicles + 1)
             axes.plot(vehicles, run.truth["speed"][row], marker=".", ms=3, lw=0.8, **look)
         axes.set_title(f"{at_s:g} s", loc="left")
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        style.whole_numbers(axes.xaxis)
     for axes in grid.flat[len(instants) :]:
         axes.set_visible(False)
     figure.supxlabel("vehicle", fontsize="medium")
     figure.supylabel("speed, m/s", fontsize="medium")
-    _legend(figure, grid[0, 0])
+    style.figure_legend(figure, grid[0, 0])
     return figure
 
 
@@ -197,14 +193,16 @@ def _ages(runs: Sequence[Labelled]) -> list[Steps | None]:
 def _delays(runs: Sequence[Labelled], distributions: Sequence[list[Steps | None]]) -> Figure:
     figure, pair = style.subplots(1, 2, height_in=2.8, sharey=True)
     for axes, of_runs in zip(pair, distributions, strict=True):
-        end = 1.05 * max((float(found.values[-1]) for found in of_runs if found), default=1.0)
+        known = np.concatenate([[], *(found.values for found in of_runs if found)])
+        high = float(known.max(initial=0.0))
+        low = float(known.min(initial=high, where=known > 0.0))
         for found, look in zip(of_runs, _lines(runs), strict=True):
             values, share = found or Steps(np.zeros(0), np.zeros(0))
             # From no share at all before the smallest value to all of it beyond the largest.
-            x, y = [0.0, *values, end], [0.0, *(100.0 * share), 100.0]
+            x, y = [0.0, *values, 2.0 * high], [0.0, *(100.0 * share), 100.0]
             axes.step(x if found else [], y if found else [], where="post", **look)
-        axes.set_xlim(0.0, end or 1.0)
+        style.long_axis(axes, low, high)
     pair[0].set(xlabel="latency of a frame, ms", ylabel="at most so much, %", ylim=(0.0, 102.0))
     pair[1].set_xlabel("age of the data of the vehicle behind, ms")
-    _legend(figure, pair[0])
+    style.figure_legend(figure, *pair)
     return figure

@@ -8,12 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from zenvoy.analysis.happenings import happenings
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.marks import mark
 from zenvoy.analysis.metrics import gaps, largest_gaps, smallest_gaps
 from zenvoy.analysis.motion import Band, over_windows
-from zenvoy.analysis.motion_pictures import mark
 from zenvoy.analysis.safety import smallest, time_headway, time_to_collision
-from zenvoy.analysis.style import CYCLE, THEORY, subplots
+from zenvoy.analysis.style import CYCLE, THEORY, figure_legend, legend, subplots
 
 Floats = NDArray[np.float64]
 
@@ -41,11 +42,11 @@ def distance_bars(run: Run) -> Figure:
         bars(axes, *over_windows(time_s, values, width_s), colour)
     mean = np.nanmean(gap, axis=1)
     axes.plot(time_s, mean, color=THEORY, lw=0.8, ls="--", label="mean gap")
-    mark(axes, run, "black")
     axes.set_xlim(time_s[0], time_s[-1])
+    mark(axes, happenings(run))
     axes.set_xlabel("time, s")
     axes.set_ylabel("distance, m")
-    axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    legend(axes)
     return figure
 
 
@@ -78,7 +79,9 @@ def collision_time(run: Run) -> Figure:
     below.set_ylim(0.0, 1.05 * highest)
     below.set_xlim(time_s[0], time_s[-1])
     below.set_xlabel("time, s")
-    below.legend(loc="upper right")
+    for one in (above, below):
+        mark(one, happenings(run))
+    figure_legend(figure, above, below)
     return figure
 
 
@@ -95,7 +98,7 @@ def headways(run: Run) -> Figure:
     if control.desired_speed_mps > 0.0:
         desired_s = control.desired_gap_m / control.desired_speed_mps
         axes.axvline(desired_s, color=THEORY, lw=1.2, ls="--", label=f"desired: {desired_s:.2f} s")
-        axes.legend(loc="upper right")
+        legend(axes)
     axes.set_axisbelow(True)
     axes.set_xlim(0.0, _HEADWAY_S)
     axes.set_xlabel(f"time headway, s (the last bar: {_HEADWAY_S:g} s and more)")

@@ -22,13 +22,15 @@ from zenvoy.analysis.consistency import (
 )
 from zenvoy.analysis.estimation_figures import draw_against_truth, draw_consistency, draw_errors
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.metrics import telling
 from zenvoy.analysis.quantities import Quantity, first_to_brake, quantities
 from zenvoy.analysis.section import Cell, Picture, Section, Sheet
 
 _TITLE: Final = "Estimation"
 _AGREEMENT_NOTE: Final = (
-    "RMSE in the unit of the quantity. R² is 1 - SS_res / SS_tot, negative where the error is "
-    "larger than the truth's own variation; beside it the square of Pearson's correlation. Only "
+    "RMSE, and the spread (standard deviation) of the truth, in the unit of the quantity. R² is "
+    "1 - SS_res / SS_tot. It is left out where the error is larger than the truth's own spread: it "
+    "would be below 0, and say no more. Beside it the square of Pearson's correlation. Only "
     "instants at which there is an estimate, at the same instants for both."
 )
 _CONSISTENCY_NOTE: Final = (
@@ -73,9 +75,17 @@ def agreement_sheet(found: Sequence[Quantity], vehicle: int | None) -> Sheet:
             rows.append((quantity.label, kind, *_cells(agreement(values, true))))
     who = "all vehicles" if vehicle is None else f"vehicle {vehicle}"
     return Sheet(
-        name="estimation_fleet" if vehicle is None else "estimation_vehicle",
+        name="estimation-fleet" if vehicle is None else "estimation-vehicle",
         title=f"Agreement with the truth, {who}",
-        columns=("quantity", "values", "samples", "RMSE", "R²", "R² (correlation)"),
+        columns=(
+            "quantity",
+            "values",
+            "samples",
+            "RMSE",
+            "spread of the truth",
+            "R²",
+            "R² (correlation)",
+        ),
         rows=tuple(rows),
         note=_AGREEMENT_NOTE,
     )
@@ -90,7 +100,7 @@ def consistency_sheet(found: Sequence[Quantity]) -> Sheet:
         nees, nis = consistency(nees_of(quantity)), consistency(nis_of(quantity))
         rows.append((quantity.label, *shares, *_judged(nees), *_judged(nis)))
     return Sheet(
-        name="estimation_consistency",
+        name="estimation-consistency",
         title="Consistency of the filters, all vehicles",
         columns=(
             "quantity",
@@ -127,7 +137,7 @@ def nis_of(quantity: Quantity) -> np.ndarray[tuple[int, ...], np.dtype[np.float6
 def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Picture, ...]:
     return (
         Picture(
-            name="estimation_truth",
+            name="estimation-truth",
             caption=(
                 f"Own speed and gap ahead of vehicle {vehicle} over a minute: left as measured, "
                 "right as estimated, each beside the truth. RMSE and R² are those of the whole "
@@ -136,7 +146,7 @@ def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Pict
             draw=lambda: draw_against_truth(run, found, vehicle),
         ),
         Picture(
-            name="estimation_error",
+            name="estimation-error",
             caption=(
                 f"Error of the estimates of vehicle {vehicle} over the run, with the ±3 σ that its "
                 "filters claim. A consistent filter leaves the band in 0.3 % of all cycles."
@@ -144,7 +154,7 @@ def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Pict
             draw=lambda: draw_errors(run, found, vehicle),
         ),
         Picture(
-            name="estimation_consistency",
+            name="estimation-consistency",
             caption=(
                 "Squared errors (NEES) and innovations (NIS) of the link ahead over the variance "
                 "claimed for them, mean over the fleet in each cycle, with the 95 % interval of "
@@ -176,8 +186,9 @@ def _notes(run: Run, found: Sequence[Quantity]) -> tuple[str, ...]:
 
 def _cells(found: Fit | None) -> tuple[Cell, ...]:
     if found is None:
-        return (0, None, None, None)
-    return (found.samples, found.rmse, _known(found.r2), _known(found.r2_correlation))
+        return (0, None, None, None, None)
+    r2 = telling(found.r2)
+    return (found.samples, found.rmse, found.spread, r2, _known(found.r2_correlation))
 
 
 def _judged(found: Consistency | None) -> tuple[Cell, Cell]:

@@ -7,14 +7,24 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 from numpy.typing import NDArray
 
 from zenvoy.analysis.agreement import agreement
 from zenvoy.analysis.consistency import consistency
+from zenvoy.analysis.happenings import happenings
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.marks import mark
+from zenvoy.analysis.metrics import telling
 from zenvoy.analysis.quantities import Quantity
-from zenvoy.analysis.style import ESTIMATED, MEASURED, THEORY, TRUE, subplots
+from zenvoy.analysis.style import (
+    ESTIMATED,
+    MEASURED,
+    THEORY,
+    TRUE,
+    figure_legend,
+    plain_log,
+    subplots,
+)
 from zenvoy.bus import messages_pb2 as pb
 
 _WINDOW_S: Final = 60.0
@@ -30,18 +40,22 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
     shown = _window(run)
     column = vehicle - 1
     kinds = (("measured", MEASURED, "."), ("estimated", ESTIMATED, "-"))
+    marked = happenings(run)
     for row, quantity in zip(axes, found[:2], strict=True):
         true = quantity.true[:, column]
-        for axis, (kind, colour, mark) in zip(row, kinds, strict=True):
+        for axis, (kind, colour, line) in zip(row, kinds, strict=True):
             values = getattr(quantity, kind)[:, column]
-            axis.plot(run.time_s[shown], values[shown], mark, color=colour, ms=3, label=kind)
+            axis.plot(run.time_s[shown], values[shown], line, color=colour, ms=3, label=kind)
             axis.plot(run.time_s[shown], true[shown], color=TRUE, lw=1.0, label="true")
             axis.set_title(_told(kind, quantity, values, true))
         row[0].set_ylabel(quantity.label)
-    for axis in axes[0]:
-        axis.legend(loc="lower right", ncols=2, markerscale=3)
+    low, high = run.time_s[shown][[0, -1]]
+    axes[0, 0].set_xlim(low, max(high, low + 1e-3))
+    for axis in axes.flat:
+        mark(axis, marked)
     for axis in axes[1]:
         axis.set_xlabel("time, s")
+    figure_legend(figure, *axes[0], markerscale=3)
     return _typed(figure)
 
 
@@ -57,8 +71,10 @@ def draw_errors(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
         limit = 1.6 * max(np.nanmedian(band), np.nanpercentile(np.abs(error), 99.5))
         axis.set_ylim(-limit, limit)  # the first cycles, with P = R, would flatten the rest
         axis.set_ylabel(f"{quantity.name},\n{quantity.unit}")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-    axes[-1].set_xlim(time_s[0], time_s[-1])
+    axes[-1].set_xlim(time_s[0], max(time_s[-1], time_s[0] + 1e-3))
+    for axis in axes:
+        mark(axis, happenings(run))
+    figure_legend(figure, *axes)
     axes[-1].set_xlabel("time, s")
     figure.align_ylabels()
     return _typed(figure)
@@ -83,11 +99,11 @@ def draw_consistency(
                 axis.plot(time_s, edge, color=TRUE, lw=0.8)
         row[0].set_ylabel("mean over the fleet")
     axes[0, 0].set_yscale("log")
-    axes[0, 0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes[0, 0].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes[0, 0].yaxis.set_minor_locator(NullLocator())
-    shown = axes[0, 0].get_legend_handles_labels()
-    figure.legend(*shown, loc="outside upper right", ncols=2, markerscale=4)
+    plain_log(axes[0, 0].yaxis)
+    axes[0, 0].set_xlim(time_s[0], max(time_s[-1], time_s[0] + 1e-3))
+    for axis in axes.flat:
+        mark(axis, happenings(run))
+    figure_legend(figure, *axes.flat, markerscale=4)
     for axis in axes[-1]:
         axis.set_xlabel("time, s")
     return _typed(figure)
@@ -106,7 +122,9 @@ def _told(kind: str, quantity: Quantity, values: NDArray[Any], true: NDArray[Any
     found = agreement(values, true)
     if found is None:
         return f"{kind}: none"
-    return f"{kind}: RMSE {found.rmse:.2f} {quantity.unit}, R² {found.r2:.2f}"
+    r2 = telling(found.r2)
+    beside = "" if r2 is None else f", R² {r2:.2f}"
+    return f"{kind}: RMSE {found.rmse:.2f} {quantity.unit}{beside}"
 
 
 def _typed(figure: Any) -> Figure:

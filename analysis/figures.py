@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis import style
+from zenvoy.analysis.happenings import happenings
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 
 _LEAD_S: Final = 5.0  # the link is shown from so long before the braking
@@ -26,8 +28,13 @@ def overview(run: Run) -> Figure:
     _speeds(figure, heat, run.time_s, run.truth["speed"])
     _distances(distance, run.time_s, gap)
     _one_link(link, run, gap)
+    found = happenings(run)
+    for axes in (heat, distance, link):
+        mark(axes, found, image=axes is heat)
+        above_pt = ABOVE_BARS_PT if axes is heat else 2.0
+        style.legend(axes, above_pt=above_pt, markerscale=2)
     title = f"{run.name}, seed {run.seed}, {run.vehicles} vehicles"
-    figure.suptitle(style.plain(title))
+    heat.set_title(style.plain(title), loc="left", pad=ABOVE_BARS_PT)
     return figure
 
 
@@ -43,7 +50,7 @@ def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]
         interpolation="none",
     )
     axes.grid(visible=False)
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    style.whole_numbers(axes.yaxis)
     figure.colorbar(image, ax=axes, label="speed, m/s")
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
@@ -55,7 +62,6 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
     axes.set_xlim(time_s[0], time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel("mean of three gaps, m")
-    axes.legend(ncols=2, loc="upper right")
 
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
@@ -75,7 +81,6 @@ def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
         axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
         if not np.isnan(estimated).all():  # PBCM alone estimates
             axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
-        axes.legend(ncols=3, loc="lower right", markerscale=3)
         axes.set_xlim(start_s, start_s + _SPAN_S if len(shown) == 1 else time_s[-1])
     axes.set_xlabel("time, s")
     axes.set_ylabel(f"gap ahead of vehicle {vehicle}, m")

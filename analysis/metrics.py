@@ -11,10 +11,15 @@ Floats = NDArray[np.float64]
 
 
 class Fit(NamedTuple):
-    """How well values agree with the truth: RMSE in their unit, R² = 1 - SS_res / SS_tot."""
+    """How well values agree with the truth: RMSE in their unit, R² = 1 - SS_res / SS_tot.
+
+    `spread` is the standard deviation of the truth. Where it is less than the RMSE, R² is below 0
+    and says no more than that: a fleet in steady motion hardly varies.
+    """
 
     rmse: float
     r2: float
+    spread: float
 
 
 def gaps(position: Floats, ring_length_m: float | None) -> Floats:
@@ -60,4 +65,10 @@ def fit(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
     return Fit(
         rmse=float(np.sqrt(residual / error.size)),
         r2=1.0 - residual / total if total > 0.0 else float("nan"),
+        spread=float(np.sqrt(total / error.size)),
     )
+
+
+def telling(r2: float) -> float | None:
+    """R² where it tells something: None below 0, and where the truth does not vary at all."""
+    return r2 if r2 >= 0.0 else None

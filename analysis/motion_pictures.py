@@ -10,14 +10,14 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from zenvoy.analysis.happenings import happenings
+from zenvoy.analysis.instants import instants
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.spans import disturbances
-from zenvoy.analysis.style import CYCLE, SPEED_MAP, subplots
-from zenvoy.bus import messages_pb2 as pb
+from zenvoy.analysis.style import CYCLE, SPEED_MAP, legend, subplots, whole_numbers
 
 Floats = NDArray[np.float64]
-
-SNAPSHOTS_S: Final = (9.0, 30.0, 100.0, 300.0)  # the paper's
 
 # More than a page can show only makes files large and drawing slow.
 _MOST_LINES: Final = 80
@@ -28,17 +28,18 @@ _MOST_COLUMNS: Final = 1_400
 def space_time(run: Run) -> Figure:
     """Position by time, a line per vehicle, coloured by speed: the whole run, and a part.
 
-    On the open road the part is seen by one who travels at the desired speed.
+    On the open road the part is seen by one who travels with the middle of the fleet.
     """
     time_s, ring = run.time_s, run.scenario.ring_length_m
-    speed_mps = 0.0 if ring else run.scenario.control.desired_speed_mps
-    figure, axes = subplots(2, height_in=6.2)
-    lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), 0.0)
-    _lines(axes[1], run, _window(run), speed_mps)
+    figure, axes = subplots(2, height_in=6.4)
+    lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), along=False)
+    _lines(axes[1], run, _window(run), along=not ring)
     axes[0].set_ylabel("position on the ring, m" if ring else "position, m")
-    axes[1].set_ylabel(
-        "position on the ring, m" if ring else f"position - {speed_mps:g} m/s · t, m"
-    )
+    axes[1].set_ylabel("position on the ring, m" if ring else "ahead of the fleet's middle, m")
+    found = happenings(run)
+    for one in axes:
+        mark(one, found, image=True)
+        legend(one, above_pt=ABOVE_BARS_PT)
     axes[1].set_xlabel("time, s")
     figure.colorbar(lines, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
     return figure
@@ -51,14 +52,17 @@ def _window(run: Run) -> tuple[float, float]:
     return start_s, min(start_s + 90.0, float(run.time_s[-1]))
 
 
-def _lines(axes: Any, run: Run, span: tuple[float, float], frame_mps: float) -> LineCollection:
-    """Draw a span, as seen by one who travels at frame_mps."""
+def _lines(axes: Any, run: Run, span: tuple[float, float], *, along: bool) -> LineCollection:
+    """Draw a span, as seen from the roadside or by one who travels along."""
     vehicles = slice(None, None, -(-run.vehicles // _MOST_LINES))
     rows = np.flatnonzero((run.time_s >= span[0]) & (run.time_s <= span[1]))
     many = len(rows) * len(range(run.vehicles)[vehicles])
     rows = rows[:: max(1, -(-many // _MOST_PIECES))]
     time_s = run.time_s[rows]
-    position = run.truth["position"][rows][:, vehicles] - frame_mps * time_s[:, None]
+    position = run.truth["position"][rows]
+    if along:
+        position = position - position.mean(axis=1, keepdims=True)
+    position = position[:, vehicles]
     speed = run.truth["speed"][rows][:, vehicles]
     pieces: Any
     pieces, values = pieces_of(time_s, position, speed, run.scenario.ring_length_m)
@@ -128,34 +132,18 @@ def heat_map(run: Run) -> Figure:
         interpolation="none",
     )
     axes.grid(visible=False)
-    mark(axes, run, "white")
+    whole_numbers(axes.yaxis)
+    mark(axes, happenings(run), image=True)
+    legend(axes, above_pt=ABOVE_BARS_PT)
     figure.colorbar(image, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")
     return figure
 
 
-def mark(axes: Any, run: Run, colour: str) -> None:
-    """Dotted lines where vehicles are disturbed, dashed ones where the model is switched."""
-    for disturbance in disturbances(run.events):
-        axes.axvline(disturbance.start_s, color=colour, lw=0.8, ls=":")
-    for event in run.events:
-        if event.kind == pb.EVENT_MODEL and event.time_ns > 0:
-            axes.axvline(event.time_ns * 1e-9, color=colour, lw=0.8, ls="--")
-
-
-def snapshot_rows(time_s: Floats) -> list[tuple[float, int]]:
-    """Instants of the paper that lie in the run, s, and the row of each."""
-    return [
-        (at_s, int(np.searchsorted(time_s, at_s - 1e-9)))
-        for at_s in SNAPSHOTS_S
-        if at_s <= time_s[-1]
-    ]
-
-
 def snapshots(run: Run) -> Figure:
-    """Speed of every vehicle at the paper's instants (paper Fig. pic_vs)."""
-    rows = snapshot_rows(run.time_s)
+    """Speed of every vehicle at some instants (paper Fig. pic_vs)."""
+    rows = instants(run)
     figure, axes = subplots(len(rows), height_in=0.6 + 1.25 * len(rows), sharex=True, sharey=True)
     vehicles = np.arange(1, run.vehicles + 1)
     for one, (at_s, row) in zip(np.atleast_1d(axes), rows, strict=True):
@@ -165,6 +153,7 @@ def snapshots(run: Run) -> Figure:
             f"{at_s:g} s: mean {speed.mean():.2f} m/s, spread {speed.std():.2f} m/s",
             loc="left",
         )
+    whole_numbers(np.atleast_1d(axes)[-1].xaxis)
     np.atleast_1d(axes)[-1].set_xlabel("vehicle")
     np.atleast_1d(axes)[-1].set_xlim(0.0, run.vehicles + 1.0)
     figure.supylabel("speed, m/s", fontsize="medium")

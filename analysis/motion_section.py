@@ -16,6 +16,7 @@ from zenvoy.analysis.distance_pictures import (
     run_time_to_collision,
 )
 from zenvoy.analysis.emissions import consumption
+from zenvoy.analysis.instants import PAPER_S, instants, of_paper
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.analysis.motion import (
@@ -28,7 +29,6 @@ from zenvoy.analysis.motion import (
 )
 from zenvoy.analysis.motion_pictures import (
     heat_map,
-    snapshot_rows,
     snapshots,
     space_time,
 )
@@ -59,8 +59,7 @@ def _distances(run: Run) -> Sheet:
     gap = gaps(run.truth["position"], run.scenario.ring_length_m)
     smallest, largest, mean = min_distance(gap), max_distance(gap), np.nanmean(gap, axis=1)
     rows: list[Row] = []
-    disturbed = [(d.start_s, d.end_s) for d in disturbances(run.events)]
-    for span in spans(disturbed, float(time_s[-1])):
+    for span in spans(disturbances(run.events), float(time_s[-1])):
         pair = distances(span, time_s, smallest, largest)
         if pair is not None:
             middle = float(mean[span.rows(time_s)].mean())
@@ -79,14 +78,14 @@ def _distances(run: Run) -> Sheet:
 def _speeds(run: Run) -> list[Sheet]:
     rows = [
         (at_s, float(run.truth["speed"][row].mean()), float(run.truth["speed"][row].std()))
-        for at_s, row in snapshot_rows(run.time_s)
+        for at_s, row in instants(run)
     ]
     if not rows:
         return []
     return [
         Sheet(
             name="motion-speeds",
-            title="Speeds at the paper's instants",
+            title=f"Speeds at {_which(run)}",
             columns=("time, s", "mean speed, m/s", "spread of speed, m/s"),
             rows=tuple(rows),
             note="The spread is the standard deviation over the vehicles.",
@@ -164,18 +163,20 @@ def _pictures(run: Run) -> list[Picture]:
     seam = (
         " A line that leaves at the top comes in again below." if run.scenario.ring_length_m else ""
     )
+    frame = "" if run.scenario.ring_length_m else ", seen from the middle of the fleet"
     pictures = [
         Picture(
             name="motion-space-time",
             caption="Where every vehicle is, coloured by its speed: above the whole run, below a "
-            f"minute and a half from 10 s before the first disturbance.{seam} A wave of slow "
-            "traffic shows as a dark band; one that falls to the right runs against the traffic.",
+            f"minute and a half from 10 s before the first disturbance{frame}.{seam} A wave of "
+            "slow traffic shows as a dark band; one that falls to the right runs against the "
+            "traffic.",
             draw=partial(space_time, run),
         ),
         Picture(
             name="motion-heat-map",
             caption="Speed of every vehicle over time. The more even the colour, the calmer the "
-            "fleet. Dotted: a vehicle is disturbed; dashed: the model is switched.",
+            "fleet.",
             draw=partial(heat_map, run),
         ),
         Picture(
@@ -183,7 +184,7 @@ def _pictures(run: Run) -> list[Picture]:
             caption="MinDistance and MaxDistance, the means of the three smallest and largest "
             f"gaps. Error bars: mean and standard deviation of those three over {WINDOW_S:g} s "
             "or a fortieth of the run, whichever is longer; they hold how the three differ and how "
-            "they move. Dotted: a vehicle is disturbed; dashed: the model is switched.",
+            "they move.",
             draw=partial(distance_bars, run),
         ),
         Picture(
@@ -198,19 +199,26 @@ def _pictures(run: Run) -> list[Picture]:
             draw=partial(headways, run),
         ),
     ]
-    if snapshot_rows(run.time_s):
-        caption = "Speed of every vehicle at the instants that the paper looks at."
+    if instants(run):
+        caption = f"Speed of every vehicle at {_which(run)}."
         pictures.insert(
             2, Picture(name="motion-snapshots", caption=caption, draw=partial(snapshots, run))
         )
     return pictures
 
 
+def _which(run: Run) -> str:
+    """The instants of the snapshots, in words."""
+    if of_paper(run):
+        return "the instants that the paper looks at"
+    return f"instants from the {'first disturbance' if disturbances(run.events) else 'start'} on"
+
+
 def _notes(run: Run) -> list[str]:
     notes = []
     if not disturbances(run.events):
         notes.append("No vehicle was disturbed: there is no dip to look at.")
-    missing = [f"{at_s:g}" for at_s in (9.0, 30.0, 100.0, 300.0) if at_s > run.time_s[-1]]
-    if missing:
+    missing = [f"{at_s:g}" for at_s in PAPER_S if at_s > run.time_s[-1]]
+    if missing and of_paper(run):
         notes.append(f"The run ends before {' and '.join(missing)} s: no snapshot there.")
     return notes

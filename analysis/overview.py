@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from zenvoy.analysis.figures import overview
+from zenvoy.analysis.happenings import timeline
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.metrics import telling
 from zenvoy.analysis.section import Cell, Picture, Section, Sheet
 from zenvoy.analysis.summary import Summary
 
 Merit = tuple[str, str, Cell]
 """A figure of merit: what it is, its unit ("" for counts), its value."""
 
-_SPANS: Final = {
-    "before_braking": "before the braking",
-    "dip": "dip",
-    "end": "end",
-}
 MERITS: Final = (
     "MinDistance and MaxDistance are the means of the three smallest and of the three largest "
-    "gaps: before the braking and at the end as means over 5 s, in the dip as extremes from the "
-    "first braking until 30 s after the last. R² compares an error with the spread of the truth: "
-    "below 0, the mean of the truth would have been the better guess. A frame counts once for "
-    "each receiver in range."
+    "gaps: before a disturbance and at the end as means over 5 s, in its dip as extremes from the "
+    "first one until 30 s after the last. R² compares an error with the spread of the truth, its "
+    "standard deviation. It is left out where the error is the larger of the two, as in a fleet in "
+    "steady motion: it would be below 0, and say no more. A frame counts once for each receiver "
+    "in range."
 )
 """What stands under a table of figures of merit."""
 _CAPTION: Final = (
@@ -44,7 +42,9 @@ def overview_section(run: Run, summary: Summary) -> Section:
         note=MERITS,
     )
     picture = Picture(name="overview", caption=_CAPTION, draw=partial(overview, run))
-    return Section(title="Overview", sheets=(sheet,), pictures=(picture,))
+    happened = timeline(run)
+    sheets = (sheet, happened) if happened else (sheet,)
+    return Section(title="Overview", sheets=sheets, pictures=(picture,))
 
 
 def merits(summary: Summary) -> tuple[Merit, ...]:
@@ -55,8 +55,8 @@ def merits(summary: Summary) -> tuple[Merit, ...]:
 
 def _distances(summary: Summary) -> list[Merit]:
     found: list[Merit] = [("smallest gap", "m", summary.get("smallest_gap_m"))]
-    for span, title in _SPANS.items():
-        distance: dict[str, Any] | None = summary.get("distance_m", {}).get(span)
+    for span, distance in summary.get("distance_m", {}).items():
+        title = span.replace("_", " ")
         if distance is not None:
             found.append((f"MinDistance, {title}", "m", distance["min"]))
             found.append((f"MaxDistance, {title}", "m", distance["max"]))
@@ -67,10 +67,12 @@ def _distances(summary: Summary) -> list[Merit]:
 def _agreement(summary: Summary) -> list[Merit]:
     found: list[Merit] = []
     for quantity, unit in (("speed", "m/s"), ("gap", "m")):
-        for kind, fit in (summary.get(quantity) or {}).items():
-            if fit is not None:
-                found.append((f"RMSE of the {kind} {quantity}", unit, fit["rmse"]))
-                found.append((f"R² of the {kind} {quantity}", "", fit["r2"]))
+        fits = {kind: fit for kind, fit in (summary.get(quantity) or {}).items() if fit}
+        for kind, fit in fits.items():
+            found.append((f"RMSE of the {kind} {quantity}", unit, fit["rmse"]))
+            found.append((f"R² of the {kind} {quantity}", "", telling(fit["r2"])))
+        spread = max((fit["spread"] for fit in fits.values()), default=None)
+        found.append((f"spread of the true {quantity}", unit, spread))
     return found
 
 

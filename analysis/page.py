@@ -57,7 +57,11 @@ def render(page: Page, pictures: Mapping[str, Drawn]) -> str:
         {
             "title": section.title,
             "notes": section.notes,
-            "tables": [_table(sheet, next(tables)) for sheet in section.sheets],
+            "tables": [
+                _table(told, next(tables))
+                for sheet in section.sheets
+                if (told := sheet.told()) is not None
+            ],
             "figures": [
                 _figure(picture, pictures[picture.name], next(figures))
                 for picture in section.pictures

@@ -38,7 +38,7 @@ def _lateness(run: Run, found: Punctuality) -> Sheet:
         values = getattr(found, name)
         rows.append((told, len(values), *(quantiles(values) or (None, None, None))))
     return Sheet(
-        name="realtime_lateness",
+        name="realtime-lateness",
         title=f"Lateness on the wall clock, at {run.scenario.speed:g} × real time",
         columns=("of", "number", "median, ms", "99th percentile, ms", "most, ms"),
         rows=tuple(rows),
@@ -49,7 +49,7 @@ def _lateness(run: Run, found: Punctuality) -> Sheet:
 def _deadlines(run: Run, found: Punctuality) -> Sheet:
     missed, due = missed_decisions(run)
     return Sheet(
-        name="realtime_deadlines",
+        name="realtime-deadlines",
         title="Deadlines",
         columns=("what", "number"),
         rows=(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 from matplotlib.figure import Figure
 
@@ -22,6 +22,29 @@ class Sheet:
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
+
+    def told(self) -> Sheet | None:
+        """The sheet as people are shown it; its CSV file has every row and column in every run.
+
+        Rows and columns that hold None alone, beside what names them, are left out; None where
+        nothing remains.
+        """
+        if not self.rows:
+            return self
+        names = self.columns.index("unit") + 1 if "unit" in self.columns else 1
+        rows = [row for row in self.rows if len(row) <= names or not _empty(row[names:])]
+        kept = [k for k in range(len(self.columns)) if k < names or not _empty(r[k] for r in rows)]
+        if not rows or len(kept) == names < len(self.columns):
+            return None
+        return replace(
+            self,
+            columns=tuple(self.columns[k] for k in kept),
+            rows=tuple(tuple(row[k] for k in kept) for row in rows),
+        )
+
+
+def _empty(cells: Iterable[Cell]) -> bool:
+    return all(cell is None for cell in cells)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

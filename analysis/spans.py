@@ -67,14 +67,16 @@ def disturbances(events: Sequence[pb.Event]) -> list[Disturbance]:
     return sorted(found, key=lambda disturbance: disturbance.start_s)
 
 
-def spans(disturbed: Sequence[tuple[float, float]], end_s: float) -> list[Span]:
+def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
     """Before the first disturbance, the dip after the last one, and the end, at `end_s`."""
     found = []
     if disturbed:
-        first_s = min(start_s for start_s, _ in disturbed)
-        last_s = max(stop_s for _, stop_s in disturbed)
+        first_s = min(one.start_s for one in disturbed)
+        last_s = max(one.end_s for one in disturbed)
+        braking = all(one.kind == "brake" for one in disturbed)
+        before = "before_braking" if braking else "before_disturbance"
         found += [
-            Span("before_braking", first_s - _SETTLED_S, first_s),
+            Span(before, first_s - _SETTLED_S, first_s),
             Span("dip", first_s, last_s + _DIP_S),
         ]
     return [*found, Span("end", end_s - _SETTLED_S, math.inf)]

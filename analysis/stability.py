@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+_EARLIER_S: Final = 2.0  # by how much a dip may come before that of the vehicle ahead
+_SAME: Final = 1e-9  # m/s: rounding
 _SAMPLES: Final = 90  # of a mode's amplitude, for its fit, and up to twice as many
 _NOISES: Final = 3.0  # root mean squares: more is no noise
 _LITTLE: Final = math.exp(-1.0)  # of the largest amplitude: above it there is a decay to fit
@@ -49,24 +51,36 @@ def arrivals(
     """Follow a dip of speed from vehicle to vehicle, as long as it is deeper than `least` (m/s).
 
     `order`: columns of `deviation` (T, n) as the wave meets them, the disturbed vehicle first. At
-    each vehicle the dip is looked for within `reach_s` after that of the one before; its instant
-    is that of the parabola through the three lowest rows.
+    each vehicle the dip is looked for from a little before that of the one before, since who hears
+    of a braking by V2V may be slowest first, until `reach_s` after it. A vehicle whose speed has
+    no minimum there is left out. The instant is that of the parabola through the three lowest
+    rows.
     """
+    behind: list[int] = []
     found: list[float] = []
-    low = 0
-    for column in order:
-        high = int(np.searchsorted(time_s, time_s[low] + reach_s, side="right"))
+    for k, column in enumerate(order):
+        since, at_s = (k - behind[-1], found[-1]) if found else (1, float(time_s[0]))
+        low, high = _span(time_s, at_s, since * reach_s)
         values = deviation[low:high, column]
-        row = int(np.argmin(values))
-        if -values[row] < least or (found and row in {0, len(values) - 1}):
+        row = int(np.argmax(values <= values.min() + _SAME))
+        if -values[row] < least:
             break
-        low += row
-        found.append(_vertex(time_s, deviation[:, column], low))
-    return Arrivals(np.arange(len(found)), np.array(found))
+        if found and row in {0, len(values) - 1}:
+            continue
+        behind.append(k)
+        found.append(_vertex(time_s, deviation[:, column], low + row))
+    return Arrivals(np.array(behind, dtype=np.int64), np.array(found))
+
+
+def _span(time_s: Floats, at_s: float, reach_s: float) -> tuple[int, int]:
+    """Rows from a little before an instant until `reach_s` after it."""
+    low, high = at_s - _EARLIER_S, at_s + reach_s
+    return int(np.searchsorted(time_s, low)), int(np.searchsorted(time_s, high, side="right"))
 
 
 def _vertex(time_s: Floats, values: Floats, row: int) -> float:
-    if row in {0, len(values) - 1}:
+    """Instant of the lowest value near a row: of the row itself where a plateau begins there."""
+    if row in {0, len(values) - 1} or values[row + 1] - values[row] <= _SAME:
         return float(time_s[row])
     before, at, after = values[row - 1 : row + 2]
     bend = before - 2.0 * at + after

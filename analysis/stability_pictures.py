@@ -6,14 +6,23 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from zenvoy.analysis.disturbed import Disturbed
+from zenvoy.analysis.happenings import happenings
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.marks import mark
 from zenvoy.analysis.ring_modes import Modes
 from zenvoy.analysis.stability import response
-from zenvoy.analysis.style import CYCLE, THEORY, subplots
+from zenvoy.analysis.style import (
+    CYCLE,
+    THEORY,
+    figure_legend,
+    legend,
+    plain_log,
+    subplots,
+    whole_numbers,
+)
 from zenvoy.analysis.theory_chain import frequency_response
 
 Floats = NDArray[np.float64]
@@ -24,6 +33,7 @@ _MEASURED: Final = CYCLE[0]
 _RESTS: Final = 0.05  # of its largest acceleration: what a settled vehicle may still show
 _LAST: Final = 50  # a fiftieth of the record, but at least a second, is its end
 _SHOWN: Final = (1, 3, 10)  # vehicles behind the disturbed one, and the last one
+_DECADE: Final = 10.0
 _SMALLEST: Final = 1e-3  # gain, amplitude relative to the largest: the axes' lower ends
 
 
@@ -40,17 +50,22 @@ def gain_picture(case: Disturbed) -> Figure:
             shown.append(getattr(theory, field)[order])
             one.plot(behind, shown[1], color=THEORY, label="theory")
         one.plot(behind, shown[0], "o", color=_MEASURED, ms=3, label="measured")
-        one.set_yscale("log")
-        one.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        one.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        one.yaxis.set_minor_formatter(NullFormatter())
-        low = max(_SMALLEST, 0.7 * min(float(v[v > 0.0].min()) for v in shown))
-        one.set_ylim(low, 1.5 * max(float(v.max()) for v in shown))
+        _scale(one, min(float(v[v > 0.0].min()) for v in shown), max(float(v.max()) for v in shown))
         one.axhline(1.0, color="black", lw=0.6, ls=":")
         one.set_ylabel(f"{title} gain of speed")
         one.set_xlabel("vehicles behind the disturbed one")
-    axes[0].legend(loc="best")
+    figure_legend(figure, *axes)
     return figure
+
+
+def _scale(axes: Any, low: float, high: float) -> None:
+    """A logarithmic axis of gains where they span a decade, else a linear one from 0."""
+    if high < _DECADE * low:
+        axes.set_ylim(0.0, 1.2 * max(high, 1.0))
+    else:
+        axes.set_yscale("log")
+        plain_log(axes.yaxis)
+        axes.set_ylim(max(_SMALLEST, 0.7 * low), 1.5 * high)
 
 
 def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
@@ -79,7 +94,7 @@ def frequency_picture(run: Run, case: Disturbed) -> Figure:
     """Gain over frequency from the disturbed vehicle to some behind it."""
     acceleration = _acceleration(run, case)
     figure, axes = subplots(height_in=3.4)
-    highest, largest = 0.1, 1.0
+    highest, largest, smallest = 0.1, 1.0, 1.0
     for number, k in enumerate(followers(run, case)):
         found = response(
             acceleration[:, case.source], acceleration[:, case.behind[k]], case.period_s, EXCITED
@@ -87,14 +102,17 @@ def frequency_picture(run: Run, case: Disturbed) -> Figure:
         gain = np.abs(found.ratio)
         colour = CYCLE[number]
         axes.loglog(found.omega, gain, "o", color=colour, ms=3, label=f"{k} behind")
-        highest, largest = max(highest, float(found.omega.max())), max(largest, float(gain.max()))
+        highest = max(highest, float(found.omega.max()))
+        largest, smallest = max(largest, float(gain.max())), min(smallest, float(gain.min()))
     if case.theory is not None and case.predicted is not None:
         _theory_lines(axes, run, case, highest)
     axes.axhline(1.0, color="black", lw=0.6, ls=":")
-    axes.set_ylim(_SMALLEST, 2.0 * largest)
+    axes.set_ylim(max(_SMALLEST, 0.5 * smallest), 2.0 * largest)
     axes.set_xlabel("frequency, rad/s")
     axes.set_ylabel("gain of speed")
-    axes.legend(loc="lower left")
+    for axis in (axes.xaxis, axes.yaxis):
+        plain_log(axis)
+    legend(axes)
     return figure
 
 
@@ -108,7 +126,7 @@ def _theory_lines(axes: Any, run: Run, case: Disturbed, highest: float) -> None:
         axes.loglog(omega, gain[:, case.behind[k]], color=THEORY, zorder=1, label=label)
 
 
-def mode_picture(modes: Modes) -> Figure:
+def mode_picture(run: Run, modes: Modes) -> Figure:
     """Growth rate of each mode, and the slowest one over time."""
     figure, (left, right) = subplots(1, 2, height_in=3.2)
     theory = [(row.number, row.theory.rate) for row in modes.rows if row.theory]
@@ -120,8 +138,9 @@ def mode_picture(modes: Modes) -> Figure:
     left.axhline(0.0, color="black", lw=0.6, ls=":")
     left.set_xlabel("mode: waves round the ring")
     left.set_ylabel("growth rate, 1/s")
-    left.legend(loc="best")
     _slowest(right, modes)
+    mark(right, happenings(run))
+    figure_legend(figure, left, right)
     return figure
 
 
@@ -146,7 +165,7 @@ def _slowest(axes: Any, modes: Modes) -> None:
     axes.set_ylabel(f"amplitude of mode {row.number}, m")
 
 
-def wave_picture(case: Disturbed) -> Figure:
+def wave_picture(run: Run, case: Disturbed) -> Figure:
     """When the dip of speed was at each vehicle, both ways."""
     figure, axes = subplots(height_in=3.0)
     for sign, order in ((1, case.behind), (-1, case.ahead)):
@@ -164,8 +183,9 @@ def wave_picture(case: Disturbed) -> Figure:
             ms=4,
             label="measured" * (sign > 0),
         )
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    whole_numbers(axes.xaxis)
     axes.set_xlabel("vehicles behind the disturbed one (negative: ahead of it)")
     axes.set_ylabel("time of the lowest speed, s")
-    axes.legend(loc="best")
+    mark(axes, happenings(run), along="y")
+    legend(axes)
     return figure

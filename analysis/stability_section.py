@@ -79,7 +79,7 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
                 caption="When the dip of speed came to each vehicle: the slope is the time it "
                 "takes from one to the next. Points: measured; line: linear theory, "
                 "from the disturbed vehicle's motion.",
-                draw=partial(wave_picture, case),
+                draw=partial(wave_picture, run, case),
             )
         )
     if modes.rows and modes.slowest is not None:
@@ -90,7 +90,7 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
                 "grows (above 0) or decays: points measured, line by theory. Right, the slowest "
                 "one over time: points measured; line: the two exponents of theory, with the "
                 "amplitudes that fit best up to the dashed line, where the fit ends.",
-                draw=partial(mode_picture, modes),
+                draw=partial(mode_picture, run, modes),
             )
         )
     return pictures

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -128,16 +129,25 @@ def _waves(run: Run, case: Disturbed) -> list[Row]:
             None if speed is None else metres_per_second(sign * speed, gap_m, speed_mps)
             for speed in (measured, theory)
         ]
-        rows += [
-            (f"speed of the dip {way}", "vehicles/s", measured, theory),
-            (f"speed of the dip {way}, over the road", "m/s", *over),
-        ]
+        what = f"dip {way}: speed"
+        rows.append((f"{what} from vehicle to vehicle", "vehicles/s", measured, theory))
+        rows += _over_the_road(what, over)
     alike = case.theory.alike if case.theory else None
     if alike is not None and alike.coupling is not None:
         long = long_wave_speed(alike.coupling, alike.gains)
         rows.append(
             ("speed of long waves", "vehicles/s", None, long if math.isfinite(long) else None)
         )
+    return rows
+
+
+def _over_the_road(what: str, both: Sequence[float | None]) -> list[Row]:
+    """Speeds over the road, m/s, without a sign: which way it goes is said in words."""
+    rows: list[Row] = []
+    for way, sign in (("against the traffic", -1.0), ("with the traffic", 1.0)):
+        goes = [None if v is None or sign * v < 0.0 else abs(v) for v in both]
+        if any(v is not None for v in goes):
+            rows.append((f"{what} over the road, {way}", "m/s", *goes))
     return rows
 
 

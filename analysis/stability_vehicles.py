@@ -63,8 +63,9 @@ def _dip_times(
 ) -> list[float | None]:
     if deviation is None or case.disturbance.kind != "brake":
         return [None] * len(order)
-    found: list[float | None] = case.dips(deviation, order).time_s.tolist()
-    return found + [None] * (len(order) - len(found))
+    found = case.dips(deviation, order)
+    times: dict[int, float] = dict(zip(found.behind.tolist(), found.time_s.tolist(), strict=True))
+    return [times.get(k) for k in range(len(order))]
 
 
 def gains_beside(case: Disturbed) -> list[Norms]:

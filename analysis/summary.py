@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.instants import PAPER_SPREAD_S, of_paper
 from zenvoy.analysis.links import arrived
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.metrics import Fit, fit, gaps, max_distance, min_distance
 from zenvoy.analysis.punctuality import missed_decisions, punctuality, quantiles
-from zenvoy.analysis.spans import distances, spans
+from zenvoy.analysis.spans import distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
@@ -23,7 +24,7 @@ Summary = dict[str, Any]
 def summarize(path: Path) -> Summary:
     """Summary of the log at `path`, in units of the field names; raises LogError.
 
-    What does not apply to the run (no braking, no estimates, shorter than 100 s) is None.
+    What does not apply to the run (no estimates, not one of the paper's cases) is None.
     """
     return summary_of(load(path))
 
@@ -67,17 +68,14 @@ def _distances(run: Run) -> Summary:
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
-    brakes = [(brake.at_s, brake.at_s + brake.duration_s) for brake in run.scenario.brakes]
-    at_100_s = np.flatnonzero(time_s >= 100.0)
+    then = np.flatnonzero(time_s >= PAPER_SPREAD_S) if of_paper(run) else np.zeros(0, np.int64)
     return {
         "smallest_gap_m": float(np.nanmin(gap)),
         "distance_m": {
             span.name: _span(distances(span, time_s, smallest, largest))
-            for span in sorted(spans(brakes, time_s[-1]))
+            for span in sorted(spans(disturbances(run.events), time_s[-1]))
         },
-        "speed_spread_at_100_s_mps": (
-            float(truth["speed"][at_100_s[0]].std()) if at_100_s.size else None
-        ),
+        "speed_spread_at_100_s_mps": (float(truth["speed"][then[0]].std()) if then.size else None),
     }
 
 
@@ -127,7 +125,7 @@ def _real_time(run: Run) -> Summary | None:
 
 
 def _fit(value: Fit | None) -> Summary | None:
-    return None if value is None else {"rmse": value.rmse, "r2": value.r2}
+    return None if value is None else value._asdict()
 
 
 def _frames(path: Path) -> Summary:

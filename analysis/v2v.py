@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.ages import Ages, ages
+from zenvoy.analysis.happenings import Happening, happenings, impairments, sentences
 from zenvoy.analysis.links import (
     Delivery,
     Distances,
@@ -17,6 +18,7 @@ from zenvoy.analysis.links import (
     latencies,
     loss_bursts,
 )
+from zenvoy.analysis.load import Run
 from zenvoy.analysis.section import Picture, Section
 from zenvoy.analysis.traffic import Traffic
 from zenvoy.analysis.v2v_figures import (
@@ -45,6 +47,8 @@ def v2v_section(run: Traffic) -> Section:
     if not run.frame_rows or not (told := delivery(run.frames)).sent:
         reason = "no frame was in range of a receiver" if run.frame_rows else "none was logged"
         return Section(title=_TITLE, notes=(f"There are no frames to look at: {reason}.",))
+    last_s = run.time_s[-1] if isinstance(run, Run) else run.scenario.duration_s
+    notes = sentences(impairments(run.scenario, last_s), last_s)
     distances, latency = by_distance(run.frames), latencies(run.frames)
     sheets = [delivery_sheet(run, told), distance_sheet(distances)]
     pictures = [_delivery_picture(distances, told)]
@@ -53,11 +57,10 @@ def v2v_section(run: Traffic) -> Section:
         pictures.append(_load_picture(run))
     if latency is None:
         note = "Every frame was lost: there is neither latency nor age of information."
-        return Section(title=_TITLE, sheets=tuple(sheets), notes=(note,))
+        return Section(title=_TITLE, sheets=tuple(sheets), notes=(*notes, note))
     aged = ages(run.frames, run.vehicles, run.scenario.period_ns, run.scenario.v2v_wait_ns)
     sheets += [latency_sheet(run, latency), age_sheet(run, aged)]
     pictures.insert(0, _latency_picture(run, latency))
-    notes = []
     if aged.cycles.max() > 0:
         pictures += _age_pictures(run, aged)
     else:
@@ -74,7 +77,7 @@ def v2v_section(run: Traffic) -> Section:
 def _latency_picture(run: Traffic, latency: Latencies) -> Picture:
     technology = run.scenario.channel.technology
     return Picture(
-        name="v2v_latency",
+        name="v2v-latency",
         caption=(
             f"Latency of the frames that were delivered over {technology}: how it is spread, and "
             "the share of frames that took no longer. What is right of the dashed line is late "
@@ -86,7 +89,7 @@ def _latency_picture(run: Traffic, latency: Latencies) -> Picture:
 
 def _delivery_picture(distances: Distances, told: Delivery) -> Picture:
     return Picture(
-        name="v2v_delivery",
+        name="v2v-delivery",
         caption=(
             "Share of the frames that reach a receiver in range, by its distance, with Wilson's "
             "95 % interval. The dashed line is the share over all distances."
@@ -97,14 +100,21 @@ def _delivery_picture(distances: Distances, told: Delivery) -> Picture:
 
 def _load_picture(run: Traffic) -> Picture:
     return Picture(
-        name="v2v_load",
+        name="v2v-load",
         caption=(
             "Channel busy ratio: the share of each cycle in which a vehicle senses the frames of "
             "others or sends its own, as the mean over the vehicles and from the idlest to the "
             "busiest."
         ),
-        draw=lambda: draw_load(run.busy_ratio, run.scenario.period_ns * 1e-9),
+        draw=lambda: draw_load(run.busy_ratio, run.scenario.period_ns * 1e-9, _marked(run)),
     )
+
+
+def _marked(run: Traffic) -> list[Happening]:
+    """What happened; of frames that no run has logged, what happens to the channel."""
+    if isinstance(run, Run):
+        return happenings(run)
+    return impairments(run.scenario, run.scenario.duration_s)
 
 
 def _age_pictures(run: Traffic, aged: Ages) -> tuple[Picture, Picture]:
@@ -114,7 +124,7 @@ def _age_pictures(run: Traffic, aged: Ages) -> tuple[Picture, Picture]:
     }
     return (
         Picture(
-            name="v2v_age",
+            name="v2v-age",
             caption=(
                 "Age of information: the share of decisions for which the newest frame of the "
                 "other vehicle is no older than this (left), and for which it is older (right, on "
@@ -124,7 +134,7 @@ def _age_pictures(run: Traffic, aged: Ages) -> tuple[Picture, Picture]:
             draw=lambda: draw_ages(counts, period_ms, limit_ms),
         ),
         Picture(
-            name="v2v_age_map",
+            name="v2v-age-map",
             caption=(
                 "Mean age of information of every link that carried a frame. Grey links never "
                 "did. A bright row is a vehicle that hears badly, a bright column one that is "
@@ -137,7 +147,7 @@ def _age_pictures(run: Traffic, aged: Ages) -> tuple[Picture, Picture]:
 
 def _burst_picture(bursts: NDArray[np.int64], loss_ratio: float) -> Picture:
     return Picture(
-        name="v2v_bursts",
+        name="v2v-bursts",
         caption=(
             "How many frames in a row a link loses, beside the geometric law that independent "
             "losses of the same ratio follow. Bars that reach above it for long bursts tell of a "

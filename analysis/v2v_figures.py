@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -12,11 +12,24 @@ from matplotlib.ticker import MaxNLocator, StrMethodFormatter
 from numpy.typing import NDArray
 
 from zenvoy.analysis.ages import Ages
+from zenvoy.analysis.happenings import Happening
 from zenvoy.analysis.links import Distances, Latencies, geometric, wilson
-from zenvoy.analysis.style import CYCLE, SPEED_MAP, THEORY, subplots
+from zenvoy.analysis.marks import mark
+from zenvoy.analysis.style import (
+    CYCLE,
+    SPEED_MAP,
+    THEORY,
+    figure_legend,
+    is_long,
+    legend,
+    long_axis,
+    subplots,
+    whole_numbers,
+)
 
 _BARS: Final = 40
 _LONGEST_BARS: Final = 30
+_WIDEST: Final = 1e4  # of latencies on one axis: the largest over the smallest shown
 
 
 def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
@@ -25,9 +38,13 @@ def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
     at_ms = np.arange(len(latency.counts)) * latency.width_ns * 1e-6
     seen = np.flatnonzero(latency.counts)
     low, high = at_ms[seen[0]], at_ms[seen[-1]]
+    floor = max(low, high / _WIDEST)
+    long = is_long(floor, high)
     edges = np.linspace(low, high, _BARS + 1) if high > low else np.array([low - 0.05, low + 0.05])
+    if long:
+        edges = np.geomspace(0.999 * floor, 1.001 * high, _BARS + 1)
     share = 100.0 * latency.counts[seen] / latency.counts.sum()
-    bars.hist(at_ms[seen], edges, weights=share, color=CYCLE[0])
+    bars.hist(np.maximum(at_ms[seen], edges[0]), edges, weights=share, color=CYCLE[0])
     bars.set_ylabel("frames, %")
     margin = max(0.05 * (high - low), 0.5)
     right = margin + max(high, wait_ms if wait_ms <= 2.0 * high else high)
@@ -35,15 +52,18 @@ def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
     reached = np.concatenate([[0.0], np.cumsum(share), [100.0]])
     curve.step(at, reached, where="post", color=CYCLE[0])
     curve.set_ylabel("frames that took no longer, %")
-    bars.set_xlim(low - margin, right)
+    if long:
+        long_axis(bars, floor, max(high, wait_ms))
+    else:
+        bars.set_xlim(low - margin, right)
+        bars.xaxis.set_major_locator(MaxNLocator(5))
     for axis in (bars, curve):
         axis.set_axisbelow(True)
         axis.axvline(wait_ms, color=THEORY, ls="--", lw=1.0, label="vehicles decide")
         axis.set_xlabel(f"latency over {technology}, ms")
-        axis.xaxis.set_major_locator(MaxNLocator(5))
         axis.set_ylim(0.0, 1.03 * axis.get_ylim()[1])
     curve.set_ylim(0.0, 103.0)
-    figure.legend(*bars.get_legend_handles_labels(), loc="outside upper right")
+    figure_legend(figure, bars, curve)
     return _typed(figure)
 
 
@@ -65,11 +85,13 @@ def draw_delivery(found: Distances, overall: float) -> Figure:
     axis.set_ylim(100.0 * max(0.0, bottom - 0.1 * (1.0 - bottom) - 0.005), 100.5)
     axis.set_xlabel("distance, m")
     axis.set_ylabel("delivered, %")
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    legend(axis)
     return _typed(figure)
 
 
-def draw_load(busy_ratio: NDArray[np.float64], period_s: float) -> Figure:
+def draw_load(
+    busy_ratio: NDArray[np.float64], period_s: float, found: Sequence[Happening]
+) -> Figure:
     """Channel busy ratio over time: mean, and from the idlest to the busiest vehicle."""
     figure, axis = subplots(height_in=2.6)
     time_s = np.arange(len(busy_ratio)) * period_s
@@ -80,7 +102,8 @@ def draw_load(busy_ratio: NDArray[np.float64], period_s: float) -> Figure:
     axis.set_xlim(0.0, max(float(time_s[-1]), period_s))
     axis.set_xlabel("time, s")
     axis.set_ylabel("busy, %")
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    mark(axis, found)
+    legend(axis)
     return _typed(figure)
 
 
@@ -109,11 +132,10 @@ def draw_ages(counts: Mapping[str, NDArray[np.int64]], period_ms: float, limit_m
     curve.set_ylim(0.0, 103.0)
     for axis in (curve, tail):
         axis.set_xlabel("age of information, ms")
-        axis.set_xlim(0.0, None)
+        long_axis(axis, period_ms, longest * period_ms)
         if limit_ms <= longest * period_ms:
             axis.axvline(limit_ms, color=THEORY, ls="--", lw=1.0, label="limit of age")
-    shown = curve.get_legend_handles_labels()
-    figure.legend(*shown, loc="outside upper right", ncols=len(counts) + 1)
+    figure_legend(figure, curve, tail)
     return _typed(figure)
 
 
@@ -134,8 +156,7 @@ def draw_age_map(aged: Ages, vehicles: int, period_ms: float) -> Figure:
     axis.grid(visible=False)
     axis.set_xlabel("source, vehicle")
     axis.set_ylabel("destination, vehicle")
-    for along in (axis.xaxis, axis.yaxis):
-        along.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    whole_numbers(axis.xaxis, axis.yaxis)
     return _typed(figure)
 
 
@@ -147,7 +168,7 @@ def draw_bursts(bursts: NDArray[np.int64], loss_ratio: float) -> Figure:
     if length[-1] <= _LONGEST_BARS:
         axis.bar(length, share, width=0.7, color=CYCLE[0], label="logged")
         axis.set_xlim(0.4, max(length[-1] + 0.6, 4.6))
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+        whole_numbers(axis.xaxis)
     else:
         axis.plot(length, share, "o", ms=3, color=CYCLE[0], label="logged")
         axis.set_xscale("log")
@@ -162,7 +183,7 @@ def draw_bursts(bursts: NDArray[np.int64], loss_ratio: float) -> Figure:
     axis.set_ylim(lowest, 150.0)
     axis.set_xlabel("frames lost in a row")
     axis.set_ylabel("bursts, %")
-    axis.legend(loc="upper right")
+    legend(axis)
     return _typed(figure)
 
 

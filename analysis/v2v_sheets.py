@@ -24,7 +24,7 @@ def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
     shares = (told.delivered / told.sent, float(low[0]), float(high[0]))
     technology = run.scenario.channel.technology
     return Sheet(
-        name="v2v_delivery",
+        name="v2v-delivery",
         title="Frames, one for each receiver in range",
         columns=(
             "technology",
@@ -52,7 +52,7 @@ def load_sheet(run: Traffic) -> Sheet:
     sent = len(np.unique(frames["source"].astype(np.int64) << 33 | frames["sequence"]))
     seconds = len(busy) * run.scenario.period_ns * 1e-9
     return Sheet(
-        name="v2v_load",
+        name="v2v-load",
         title="Load of the medium: channel busy ratio of vehicles and cycles",
         columns=(
             "mean, %",
@@ -70,7 +70,7 @@ def latency_sheet(run: Traffic, latency: Latencies) -> Sheet:
     """One row: mean and quantiles of the latency of the frames that were delivered."""
     quantiles = (latency.quantile_ms(share) for share in (0.5, 0.95, 0.99, 1.0))
     return Sheet(
-        name="v2v_latency",
+        name="v2v-latency",
         title="Latency of delivered frames",
         columns=(
             "technology",
@@ -101,7 +101,7 @@ def distance_sheet(found: Distances) -> Sheet:
         if sent
     ]
     return Sheet(
-        name="v2v_distance",
+        name="v2v-distance",
         title="Delivery by distance",
         columns=(
             "from, m",
@@ -135,7 +135,7 @@ def age_sheet(run: Traffic, aged: Ages) -> Sheet:
             )
         rows.append((name, int(links.sum()), *(heard or (None,) * 5), aged.unheard(links)))
     return Sheet(
-        name="v2v_age",
+        name="v2v-age",
         title="Age of information when vehicles decide",
         columns=(
             "of what",
@@ -166,7 +166,7 @@ def burst_sheet(bursts: NDArray[np.int64], loss_ratio: float) -> Sheet:
     ]
     mean = float((bursts * np.arange(len(bursts))).sum()) / total
     return Sheet(
-        name="v2v_bursts",
+        name="v2v-bursts",
         title="Bursts of losses: frames of a link lost in a row",
         columns=("length", "bursts", "share, %", "share if independent, %"),
         rows=tuple(rows),

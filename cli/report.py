@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from zenvoy.analysis.log import Facts
+from zenvoy.analysis.metrics import telling
 from zenvoy.channel.technologies import TECHNOLOGIES, Technology
 
 _LATENESS: Final = {
@@ -69,8 +70,7 @@ def _real_time_lines(told: dict[str, Any] | None) -> list[tuple[str, str]]:
 
 def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     lines = [("smallest gap", f"{summary['smallest_gap_m']:.2f} m")]
-    for span in ("before_braking", "dip", "end"):
-        distance = summary["distance_m"].get(span)
+    for span, distance in summary["distance_m"].items():
         if distance is not None:
             text = f"{distance['min']:.2f} / {distance['max']:.2f} m"
             lines.append((f"MinDistance / MaxDistance, {span.replace('_', ' ')}", text))
@@ -80,9 +80,16 @@ def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     for quantity, unit in (("speed", "m/s"), ("gap", "m")):
         for kind, value in (summary[quantity] or {}).items():
             if value is not None:
-                text = f"RMSE {value['rmse']:.3f} {unit}, R² {value['r2']:.3f}"
-                lines.append((f"{kind} {quantity}", text))
+                lines.append((f"{kind} {quantity}", _fit(value, unit)))
     return lines
+
+
+def _fit(fit: dict[str, float], unit: str) -> str:
+    """RMSE and R², or why R² would tell nothing."""
+    rmse, r2 = f"RMSE {fit['rmse']:.3f} {unit}", telling(fit["r2"])
+    if r2 is None:
+        return f"{rmse}; no R²: the truth varies by {fit['spread']:.3f} {unit} only"
+    return f"{rmse}, R² {r2:.3f}"
 
 
 def _frames(frames: dict[str, Any]) -> str:

@@ -27,7 +27,9 @@ def print_section(console: Console, section: Section) -> None:
     for note in section.notes:
         console.print(Padding(Text(note), (0, 0, 0, 2)))
     for sheet in section.sheets:
-        _print_sheet(console, sheet)
+        told = sheet.told()
+        if told is not None:
+            _print_sheet(console, told)
 
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:

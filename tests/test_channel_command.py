@@ -49,10 +49,10 @@ def test_leaves_tables_pictures_and_a_page(tmp_path: Path) -> None:
     assert outcome.code == 0, outcome.err
     assert "6 vehicles on a ring of 225 m" in outcome.out
     left = {path.name for path in (tmp_path / "out").iterdir()}
-    pictures = ("v2v_latency", "v2v_delivery", "v2v_bursts", "v2v_age", "v2v_age_map")
+    pictures = ("v2v-latency", "v2v-delivery", "v2v-bursts", "v2v-age", "v2v-age-map")
     assert left >= {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
-    assert {"channel.html", "v2v_delivery.csv", "v2v_distance.csv"} <= left
-    with (tmp_path / "out" / "v2v_delivery.csv").open(newline="") as file:
+    assert {"channel.html", "v2v-delivery.csv", "v2v-distance.csv"} <= left
+    with (tmp_path / "out" / "v2v-delivery.csv").open(newline="") as file:
         header, row = list(csv.reader(file))
     told = dict(zip(header, row, strict=True))
     assert int(told["sent"]) == 5 * 5 * 40  # five that beacon, to five others each

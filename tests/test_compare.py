@@ -16,8 +16,9 @@ from tests.logs import write_log
 from tests.pages import Read, read
 from zenvoy.analysis import style
 from zenvoy.analysis.compare import Compared, comparison, comparison_page
-from zenvoy.analysis.compare_figures import Labelled, colours, comparison_pictures, instants_s
+from zenvoy.analysis.compare_figures import Labelled, colours, comparison_pictures
 from zenvoy.analysis.distribution import steps
+from zenvoy.analysis.instants import instants_s
 from zenvoy.analysis.load import load
 from zenvoy.analysis.overview import merits
 from zenvoy.analysis.section import Sheet
@@ -189,8 +190,8 @@ def test_heat_maps_share_one_scale_and_distances_one_axis(folder: Path) -> None:
 
 
 def test_snapshots_are_at_instants_that_all_runs_have(folder: Path) -> None:
-    assert instants_s(labelled(folder, "pbcm", "bcm")) == [2, 3, 4]
-    assert instants_s(labelled(folder, "other", "other")) == [0, 1, 2]
+    assert instants_s([run for _, run in labelled(folder, "pbcm", "bcm")]) == [2, 3, 4]
+    assert instants_s([run for _, run in labelled(folder, "other", "other")]) == [0, 1, 2]
     *_, snapshots, delays = comparison_pictures(labelled(folder, "pbcm", "other"))
     assert [axes.get_title("left") for axes in snapshots.draw().axes] == ["2 s", "3 s", "4 s"]
     assert [len(axes.lines) for axes in delays.draw().axes] == [2, 2]

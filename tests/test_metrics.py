@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.analysis.metrics import fit, gaps, max_distance, min_distance
+from zenvoy.analysis.metrics import fit, gaps, max_distance, min_distance, telling
 
 POSITION = np.array([[100.0, 90.0, 60.0, 40.0, 10.0], [105.0, 90.0, 70.0, 50.0, 40.0]])
 
@@ -52,7 +52,10 @@ def test_fit_by_hand() -> None:
 
 def test_fit_of_perfect_values_and_of_the_mean() -> None:
     truth = np.array([[1.0, 2.0], [3.0, 6.0]])
-    assert fit(truth, truth) == (0.0, 1.0)
+    perfect = fit(truth, truth)
+    assert perfect is not None
+    assert perfect[:2] == (0.0, 1.0)
+    assert perfect.spread == pytest.approx(np.std(truth))
     mean = fit(np.full((2, 2), 3.0), truth)
     assert mean is not None
     assert mean.r2 == pytest.approx(0.0)
@@ -71,7 +74,21 @@ def test_r2_means_nothing_where_the_truth_does_not_vary() -> None:
     found = fit(np.array([29.0, 31.0]), np.array([30.0, 30.0]))
     assert found is not None
     assert found.rmse == 1.0
+    assert found.spread == 0.0
     assert np.isnan(found.r2)
+    assert telling(found.r2) is None
+
+
+def test_r2_below_0_tells_nothing() -> None:
+    """Readings of 30 m/s that are wrong by 3 %, of a fleet that is as good as steady."""
+    truth = np.array([30.0, 30.01, 29.99, 30.0])
+    found = fit(truth + np.array([0.5, -0.6, 0.7, -0.4]), truth)
+    assert found is not None
+    assert found.r2 < -1000.0
+    assert telling(found.r2) is None
+    assert found.spread < found.rmse
+    assert telling(0.0) == 0.0
+    assert telling(0.98) == 0.98
 
 
 @given(st.lists(st.tuples(st.floats(-100, 100), st.floats(-100, 100)), min_size=2, max_size=30))

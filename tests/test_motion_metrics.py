@@ -93,13 +93,19 @@ def test_band_over_runs() -> None:
 
 
 def test_spans_of_a_braking() -> None:
-    found = {span.name: span for span in spans([(10.0, 12.0), (20.0, 21.0)], 100.0)}
+    brakes = [Disturbance(2, start, end, "", "brake") for start, end in ((10, 12), (20, 21))]
+    found = {span.name: span for span in spans(brakes, 100.0)}
     assert found == {
         "before_braking": Span("before_braking", 5.0, 10.0),
         "dip": Span("dip", 10.0, 51.0),
         "end": Span("end", 95.0, math.inf),
     }
     assert [span.name for span in spans([], 100.0)] == ["end"]
+
+
+def test_nobody_brakes_in_a_trace() -> None:
+    trace = Disturbance(1, 10.0, 30.0, "", "trace")
+    assert [span.name for span in spans([trace], 100.0)] == ["before_disturbance", "dip", "end"]
 
 
 def test_distances_are_extremes_of_a_dip_and_means_otherwise() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,9 @@ from hypothesis import strategies as st
 
 from tests.logs import write_log
 from zenvoy.analysis import load, summarize
+from zenvoy.analysis.instants import instants
 from zenvoy.analysis.load import Run
-from zenvoy.analysis.motion_pictures import pieces_of, snapshot_rows
+from zenvoy.analysis.motion_pictures import pieces_of
 from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.section import Section
 
@@ -95,17 +97,31 @@ def test_figures_of_the_ring(ring: Run) -> None:
     assert 7.0 < found["fuel"] < 9.0
 
 
-def test_snapshots_are_those_within_the_run(ring: Run) -> None:
+def test_snapshots_are_those_of_the_run(ring: Run) -> None:
     section = motion_section(ring)
+    assert [row[0] for row in section.sheets[1].rows] == [12.0, 13.0, 14.0, 17.0, 22.0]
+    assert section.sheets[1].title == "Speeds at instants from the first disturbance on"
+    assert section.notes == ()
+    assert summarize(ring.path)["speed_spread_at_100_s_mps"] is None
+
+
+def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:
+    paper = replace(ring, name="paper/case-15")
+    section = motion_section(paper)
     assert [row[0] for row in section.sheets[1].rows] == [9.0, 30.0]
+    assert section.sheets[1].title == "Speeds at the instants that the paper looks at"
     assert section.notes == ("The run ends before 100 and 300 s: no snapshot there.",)
-    assert snapshot_rows(ring.time_s) == [(9.0, 90), (30.0, 300)]
+    assert instants(paper) == [(9.0, 90), (30.0, 300)]
 
 
 def test_two_vehicles_on_the_open_road(tmp_path: Path) -> None:
     section = motion_section(made(tmp_path, OPEN_PAIR))
     check(section)
-    assert [sheet.name for sheet in section.sheets] == ["motion-distances", "motion-figures"]
+    assert [sheet.name for sheet in section.sheets] == [
+        "motion-distances",
+        "motion-speeds",
+        "motion-figures",
+    ]
     assert section.notes[0].startswith("No vehicle was disturbed")
     found = figures(section)
     assert found["smallest gap"] == pytest.approx(37.5, abs=1.0)

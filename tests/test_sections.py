@@ -77,3 +77,20 @@ def test_a_long_table_says_where_the_rest_is() -> None:
 def test_a_table_of_nothing_is_a_head_alone() -> None:
     sheet = Sheet(name="none", title="None.", columns=("vehicle", "x, m"), rows=())
     assert "vehicle" in printed(Section(title="C", sheets=(sheet,)), 80)
+
+
+def test_rows_and_columns_of_nothing_are_left_out() -> None:
+    sheet = Sheet(
+        name="s",
+        title="S",
+        columns=("figure", "unit", "measured", "theory"),
+        rows=(("a", "m", 1.0, None), ("b", "m", None, None), ("c", "", "yes", None)),
+    )
+    told = sheet.told()
+    assert told is not None
+    assert told.columns == ("figure", "unit", "measured")
+    assert told.rows == (("a", "m", 1.0), ("c", "", "yes"))
+    nothing = Sheet(name="s", title="S", columns=("figure", "value"), rows=(("a", None),))
+    assert nothing.told() is None
+    empty = Sheet(name="s", title="S", columns=("figure", "value"), rows=(), note="None differ.")
+    assert empty.told() == empty

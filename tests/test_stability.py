@@ -59,6 +59,31 @@ def test_follows_a_dip_and_measures_its_speed() -> None:
     assert wave_speed(found) == pytest.approx(1.0 / 2.02, rel=2e-3)
 
 
+def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
+    """Under CACC vehicles hear of a braking at once, and the wave has no order."""
+    time = np.arange(0.0, 30.0, 0.1)
+    at = [5.0, 5.6, 5.6, 5.3, 6.4]
+    found = arrivals(time, bumps(time, at, [4.0] * 5), np.arange(5), 0.5, 10.0)
+    assert found.behind.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_allclose(found.time_s, at, atol=2e-3)
+
+
+def test_one_without_a_dip_does_not_hide_those_behind_it() -> None:
+    time = np.arange(0.0, 30.0, 0.1)
+    deviation = bumps(time, [5.0, 6.0, 7.0, 8.0], [4.0] * 4)
+    deviation[:, 2] = -0.2 * time  # slower and slower
+    found = arrivals(time, deviation, np.arange(4), 0.5, 5.0)
+    assert found.behind.tolist() == [0, 1, 3]
+    np.testing.assert_allclose(found.time_s, [5.0, 6.0, 8.0], atol=2e-3)
+
+
+def test_a_dip_that_becomes_a_plateau_is_where_it_begins() -> None:
+    time = np.arange(0.0, 10.0, 0.1)
+    deviation = np.maximum(-2.0 * (time - 1.0).clip(0.0), -4.0)[:, None]
+    found = arrivals(time, deviation, np.array([0]), 0.5, 20.0)
+    assert found.time_s.tolist() == pytest.approx([3.0])
+
+
 def test_keeps_to_the_wave_that_comes_first() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     deviation = bumps(time, [3.0, 5.0, 7.0, 9.0], [5.0, 4.0, 3.0, 2.0])

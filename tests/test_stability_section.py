@@ -54,7 +54,7 @@ def test_fm_behind_a_braking(tmp_path: Path) -> None:
         "largest L2 gain from one vehicle to the next",
         "largest L∞ gain from one vehicle to the next",
         "L∞ gain to the vehicle 5 behind",
-        "speed of the dip backwards",
+        "dip backwards: speed from vehicle to vehicle",
     ):
         measured, theory = figures[name]
         assert measured == pytest.approx(theory, rel=0.01), name

@@ -304,19 +304,19 @@ def column(of: Sheet, name: str) -> list[Any]:
 def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
     assert section.notes == ()
     outcome, latency = run.frames["outcome"], run.frames["latency_ns"]
-    told = sheet(section, "v2v_delivery")
+    told = sheet(section, "v2v-delivery")
     assert column(told, "technology") == ["lte-a-pro"]
     assert column(told, "sent") == [400 * 8 * 7]
     assert column(told, "lost") == [int((outcome == LOST).sum())]
     assert column(told, "of them late") == [int((outcome == LATE).sum())]
     assert column(told, "delivered, %") == [pytest.approx(100.0 * (outcome != LOST).mean())]
     known = latency[latency >= 0] * 1e-6
-    told = sheet(section, "v2v_latency")
+    told = sheet(section, "v2v-latency")
     assert column(told, "mean, ms") == [pytest.approx(known.mean())]
     for name, share in (("median", 50), ("95th percentile", 95), ("longest", 100)):
         expected = np.percentile(known, share)
         assert column(told, f"{name}, ms") == [pytest.approx(expected, abs=2e-2)]
-    distances = sheet(section, "v2v_distance")
+    distances = sheet(section, "v2v-distance")
     assert sum(column(distances, "sent")) == 400 * 8 * 7
     for ratio, low, high in zip(
         *(column(distances, name) for name in ("delivered, %", "95 % from, %", "95 % to, %")),
@@ -326,7 +326,7 @@ def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
 
 
 def test_independent_losses_come_as_the_geometric_law_says(section: Section) -> None:
-    bursts = sheet(section, "v2v_bursts")
+    bursts = sheet(section, "v2v-bursts")
     number = np.array(column(bursts, "bursts"), float)
     expected = np.array(column(bursts, "share if independent, %")) / 100.0 * number.sum()
     enough = expected >= 5.0
@@ -336,7 +336,7 @@ def test_independent_losses_come_as_the_geometric_law_says(section: Section) -> 
 
 
 def test_the_ages_of_the_section(run: Run, section: Section) -> None:
-    table = sheet(section, "v2v_age")
+    table = sheet(section, "v2v-age")
     assert column(table, "of what") == ["vehicle ahead", "vehicle behind", "all in range"]
     assert column(table, "links") == [8, 8, 56]
     behind = run.estimate["age_ns"][run.estimate["age_ns"] >= 0] * 1e-6
@@ -350,11 +350,11 @@ def test_the_ages_of_the_section(run: Run, section: Section) -> None:
 
 def test_pictures_can_be_drawn(section: Section) -> None:
     assert [picture.name for picture in section.pictures] == [
-        "v2v_latency",
-        "v2v_delivery",
-        "v2v_age",
-        "v2v_age_map",
-        "v2v_bursts",
+        "v2v-latency",
+        "v2v-delivery",
+        "v2v-age",
+        "v2v-age-map",
+        "v2v-bursts",
     ]
     for picture in section.pictures:
         files = drawn(picture)
@@ -382,7 +382,7 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
     [
         (
             ("ieee80211p", "p: 0"),
-            {"v2v_delivery", "v2v_distance", "v2v_latency", "v2v_age"},
+            {"v2v-delivery", "v2v-distance", "v2v-latency", "v2v-age"},
             (
                 "Every decision had the frames of its own cycle: no information aged.",
                 "No frame was lost: there are no bursts of losses.",
@@ -390,12 +390,12 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
         ),
         (
             ("ieee80211p", "p: 1"),
-            {"v2v_delivery", "v2v_distance"},
+            {"v2v-delivery", "v2v-distance"},
             ("Every frame was lost: there is neither latency nor age of information.",),
         ),
         (
             ("5g-mmwave", "p: 0.3"),
-            {"v2v_delivery", "v2v_distance", "v2v_latency", "v2v_age", "v2v_bursts"},
+            {"v2v-delivery", "v2v-distance", "v2v-latency", "v2v-age", "v2v-bursts"},
             (),
         ),
     ],

@@ -1,0 +1,68 @@
+"""A braking as in Plexe's examples: what its report must say, judged by the truth of the log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.logs import write_log
+from tests.pages import read
+from zenvoy.analysis.chapters import chapters
+from zenvoy.analysis.load import Run, load
+from zenvoy.analysis.page import Page, render
+from zenvoy.analysis.section import Section, Sheet
+
+CASE: Final = Path(__file__).parent / "cases" / "plexe-braking.yaml"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return load(write_log(tmp_path_factory.mktemp("plexe") / "run.mcap", CASE.read_text()))
+
+
+@pytest.fixture(scope="module")
+def told(run: Run) -> tuple[Section, ...]:
+    return chapters(run)
+
+
+def sheet(told: tuple[Section, ...], name: str) -> Sheet:
+    return next(sheet for section in told for sheet in section.sheets if sheet.name == name)
+
+
+def test_every_vehicle_is_lowest_when_the_truth_is(run: Run, told: tuple[Section, ...]) -> None:
+    """Vehicles 4 and 5 are slowest in the same cycle, and 8 after a long, flat dip."""
+    lowest_s = run.time_s[run.truth["speed"].argmin(axis=0)]
+    assert lowest_s.round(1).tolist() == [15.0, 15.2, 15.3, 15.5, 15.5, 15.7, 15.9, 16.9]
+    vehicles = sheet(told, "stability-vehicles")
+    column = vehicles.columns.index("lowest at, s")
+    found = [row[column] for row in vehicles.rows]
+    assert found == pytest.approx(lowest_s.tolist(), abs=0.051)  # half a cycle
+    assert found[0] == 15.0  # the end of the braking, to the row
+
+
+def test_which_way_the_dip_goes_is_said_in_words(told: tuple[Section, ...]) -> None:
+    rows = {row[0]: row for row in sheet(told, "stability-figures").rows}
+    against = rows["dip backwards: speed over the road, against the traffic"]
+    assert isinstance(against[2], float)
+    assert against[2] > 0.0
+    for row in rows.values():
+        if row[1] in {"m/s", "vehicles/s"}:
+            assert all(cell is None or float(cell) >= 0.0 for cell in row[2:]), row
+
+
+def test_nothing_on_the_page_is_a_row_or_column_of_dashes_alone(
+    told: tuple[Section, ...],
+) -> None:
+    bare = tuple(Section(title=section.title, sheets=section.sheets) for section in told)
+    page = render(Page(title="x", sections=bare), {})
+    read(page)
+    assert "theory" not in page.partition("Away from the disturbed vehicle")[2].split("</table>")[0]
+    shown = [sheet.told() for section in bare for sheet in section.sheets]
+    for table in filter(None, shown):
+        names = table.columns.index("unit") + 1 if "unit" in table.columns else 1
+        for row in table.rows:
+            assert any(cell is not None for cell in row[names:]), (table.name, row)
+        for k, title in enumerate(table.columns):
+            assert any(row[k] is not None for row in table.rows), (table.name, title)
