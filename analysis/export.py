@@ -15,6 +15,7 @@ import pyarrow.parquet
 from numpy.typing import NDArray
 
 from zenvoy.analysis.columns import Table
+from zenvoy.analysis.files import harmless
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.units import UNITS
 from zenvoy.bus import messages_pb2 as pb
@@ -66,6 +67,8 @@ def export(run: Run, folder: Path, form: Form) -> list[Path]:
 
 
 def _write(path: Path, form: Form, pieces: Iterator[pa.Table]) -> None:
+    if form == "csv":
+        pieces = map(_harmless, pieces)
     first = next(pieces)
     if form == "csv":
         writer = pyarrow.csv.CSVWriter(path, first.schema)
@@ -75,6 +78,15 @@ def _write(path: Path, form: Form, pieces: Iterator[pa.Table]) -> None:
         writer.write_table(first)
         for piece in pieces:
             writer.write_table(piece)
+
+
+def _harmless(table: pa.Table) -> pa.Table:
+    """The table with its texts as a CSV may have them."""
+    for number, field in enumerate(table.schema):
+        if pa.types.is_string(field.type):
+            texts = [harmless(text) for text in table.column(number).to_pylist()]
+            table = table.set_column(number, field, pa.array(texts, pa.string()))
+    return table
 
 
 def _pieces(run: Run, topic: Topic[Any]) -> Iterator[pa.Table]:

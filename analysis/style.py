@@ -52,7 +52,13 @@ def look() -> AbstractContextManager[None]:
 
 
 def plain(text: str) -> str:
-    """A text of the user's for a figure: dollars are dollars, and a legend leaves none out."""
+    """A text of the user's for a figure: dollars are dollars, and a legend leaves none out.
+
+    What is no character stands as its number: the files have no place for it.
+    """
+    text = "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text
+    )
     return (" " + text if text.startswith("_") else text).replace("$", r"\$")
 
 

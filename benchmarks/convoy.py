@@ -21,7 +21,7 @@ def convoy_rate(vehicles: int, cycles: int, bus: str, per_process: int = 1) -> f
     duration_s = (WARM_UP_CYCLES + cycles) / 10
     with tempfile.TemporaryDirectory(prefix="zenvoy-convoy-") as folder:
         out = Path(folder, "run")
-        command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15", "--bus", bus]
+        command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15", "--bus", bus]
         command += ["--vehicles-per-process", f"{per_process}"]
         command += ["--set", f"fleet.size={vehicles}", "--duration-s", f"{duration_s}"]
         subprocess.run([*command, "--out", str(out)], check=True, capture_output=True)

@@ -113,7 +113,7 @@ def run_of(kind: str, seed: int) -> Run:
     """Run case 15 with this kind of filter on the in-process bus."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-estimators-") as folder:
         out = Path(folder, "run")
-        command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15"]
+        command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15"]
         command += ["--bus", "in-process", "--set", f"estimator.kind={kind}"]
         command += ["--seed", str(seed), "--duration-s", str(DURATION_S), "--out", str(out)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime

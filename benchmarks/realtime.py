@@ -46,7 +46,7 @@ def keep(
     """Run a fleet of this size in real time, so many vehicles to a process."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-realtime-") as folder:
         out = Path(folder, "run")
-        command = [sys.executable, "-m", "zenvoy.cli.app", "run", scenario, "--realtime"]
+        command = [sys.executable, "-m", "zenvoy.cli", "run", scenario, "--realtime"]
         command += ["--vehicles-per-process", f"{per_process}"]
         for setting in (f"fleet.size={vehicles}", *settings):
             command += ["--set", setting]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +10,7 @@ from rich.console import Console
 from zenvoy.analysis.chapters import chapters
 from zenvoy.analysis.compare import Compared, comparison_page
 from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.files import csv_bytes, write_whole
+from zenvoy.analysis.files import csv_bytes, utf8, write_whole
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.log import LogError
 from zenvoy.analysis.overview import overview_section
@@ -21,6 +21,7 @@ from zenvoy.bus.clock import stamp
 from zenvoy.cli.labels import LabelError, labels_for
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.sections import print_section
+from zenvoy.cli.terminal import interruptible
 
 _OK, _FAILED, _BAD_INPUT = 0, 1, 2
 
@@ -40,11 +41,14 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
         return _BAD_INPUT
     for note in run.notes:
         errors.print(f"{log}: {note}")
-    print_summary(console, summary)
-    for section in told:
-        print_section(console, section)
+
+    def tell() -> None:
+        print_summary(console, summary)
+        for section in told:
+            print_section(console, section)
+
     page = report_page(run, (overview_section(run, summary), *told))
-    return leave(page, "report.html", folder, console, errors)
+    return leave(page, "report.html", folder, console, errors, tell)
 
 
 def compare(
@@ -65,11 +69,14 @@ def compare(
         return _BAD_INPUT
     for note in page.notes:
         errors.print(note)
-    for name, value in page.facts:
-        console.print(f"{name}: {value}", highlight=False, markup=False)
-    for section in page.sections:
-        print_section(console, section)
-    return leave(page, "compare.html", folder, console, errors)
+
+    def tell() -> None:
+        for name, value in page.facts:
+            console.print(f"{name}: {value}")
+        for section in page.sections:
+            print_section(console, section)
+
+    return leave(page, "compare.html", folder, console, errors, tell)
 
 
 def _with_motion(log: Path) -> Run:
@@ -90,23 +97,35 @@ def folder_for(folder: Path) -> Path:
     return folder
 
 
-def leave(page: Page, name: str, folder: Path, console: Console, errors: Console) -> int:
-    """Draw, write every file, and say where they are."""
+def leave(
+    page: Page,
+    name: str,
+    folder: Path,
+    console: Console,
+    errors: Console,
+    tell: Callable[[], None],
+) -> int:
+    """Draw and write every file, then tell what there is to tell, and where they are."""
     pictures = [picture for section in page.sections for picture in section.pictures]
     sheets = [sheet for section in page.sections for sheet in section.sheets]
     forms = {picture.name: drawn(picture) for picture in pictures}
     files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in sheets}
     for stem, form in forms.items():
         files |= {f"{stem}.png": form.png, f"{stem}.svg": form.svg}
-    files[name] = render(page, forms).encode()
+    files[name] = utf8(render(page, forms))
+    failure = None
     try:
-        write_whole(folder, files)
+        with interruptible():
+            write_whole(folder, files)
     except OSError as error:
-        errors.print(f"{folder}: cannot be written to: {error.strerror}")
+        failure = error.strerror
+    tell()
+    if failure is not None:
+        errors.print(f"{folder}: cannot be written to: {failure}")
         return _FAILED
     console.print()
     for path in _paths(folder, files):
-        console.print(path, highlight=False, soft_wrap=True, markup=False)
+        console.print(path, soft_wrap=True)
     return _OK
 
 

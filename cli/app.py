@@ -7,11 +7,11 @@ imports: filterpy takes more than a second.
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
+from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Annotated
 
@@ -19,15 +19,9 @@ import typer
 from rich.table import Table
 
 from zenvoy.cli.log_commands import COMMANDS
-from zenvoy.cli.terminal import (
-    EXIT_FAILED,
-    EXIT_INTERRUPTED,
-    app,
-    console,
-    errors,
-    interrupt,
-    refuse,
-)
+from zenvoy.cli.streams import settle
+from zenvoy.cli.terminal import EXIT_FAILED, console, errors, interruptible, refuse
+from zenvoy.cli.usage import App
 from zenvoy.scenarios import (
     Control,
     Loaded,
@@ -35,6 +29,16 @@ from zenvoy.scenarios import (
     builtin,
     effective_yaml,
     load,
+)
+from zenvoy.scenarios.library import packaged
+
+app = App(
+    name="zenvoy",
+    help="Emulates convoys of vehicles that talk to each other.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
 )
 
 
@@ -45,8 +49,18 @@ class Bus(StrEnum):
     IN_PROCESS = "in-process"
 
 
+def _begun(text: str) -> list[str]:
+    """Built-in scenarios for a shell to complete; where there are none it looks for files."""
+    return [name for name in packaged() if name.startswith(text)]
+
+
 ScenarioArgument = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Name of a built-in scenario, or a file.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Name of a built-in scenario, or a file.",
+        autocompletion=_begun,
+    ),
 ]
 SetOption = Annotated[
     list[str] | None,
@@ -54,6 +68,24 @@ SetOption = Annotated[
 ]
 SeedOption = Annotated[int | None, typer.Option(help="Replace the scenario's seed.")]
 DurationOption = Annotated[float | None, typer.Option(help="Replace the duration, s.")]
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        console.print(f"zenvoy {version_of('zenvoy')}")
+        raise typer.Exit
+
+
+@app.callback()
+def zenvoy(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version and exit.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """What stands before a command."""
 
 
 @app.command()
@@ -109,9 +141,9 @@ def run(
         refuse(str(error))
     from zenvoy.cli.execute import execute
 
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, interrupt)
-    raise typer.Exit(execute(loaded, out, bus.value, console, errors, others, per_process))
+    with interruptible():
+        code = execute(loaded, out, bus.value, console, errors, others, per_process)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -133,12 +165,9 @@ def vehicle(
     """Join a run in place of a vehicle that is missing."""
     from zenvoy.cli.join import join
 
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, interrupt)
-    code = join(vehicle, run, connect or (), timeout_s, console, errors)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # a session that is open would keep the interpreter from leaving
+    with interruptible():
+        code = join(vehicle, run, connect or (), timeout_s, console, errors)
+    os._exit(settle(code))  # a session that is open would keep the interpreter from leaving
 
 
 @app.command()
@@ -160,7 +189,10 @@ def show(
     duration_s: DurationOption = None,
 ) -> None:
     """Print the effective scenario with all defaults; itself a valid scenario file."""
-    sys.stdout.write(effective_yaml(_load(scenario, overrides, seed, duration_s).scenario))
+    shown = _load(scenario, overrides, seed, duration_s).scenario
+    # Scenarios are UTF-8, and so is what is shown of one, or else of ASCII alone.
+    utf = sys.stdout.encoding.lower().startswith("utf")
+    sys.stdout.write(effective_yaml(shown, ascii_only=not utf))
 
 
 @app.command()
@@ -168,7 +200,7 @@ def check(scenario: ScenarioArgument, overrides: SetOption = None) -> None:
     """Say whether a scenario is valid, and all that is wrong with it."""
     loaded = _load(scenario, overrides, None, None)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
-    console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", highlight=False)
+    console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
 
 
 @app.command()
@@ -273,21 +305,12 @@ def _studying() -> Iterator[int]:
     """Runs at a time; ends politely when a study cannot go on, or is told to stop."""
     from zenvoy.cli.study import StudyError
 
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, interrupt)
     try:
-        yield len(os.sched_getaffinity(0))
+        with interruptible():
+            yield len(os.sched_getaffinity(0))
     except (StudyError, OSError) as error:
         errors.print(f"the study cannot go on: {error}")
         raise typer.Exit(EXIT_FAILED) from error
-
-
-def main() -> None:
-    """Entry point of the console script."""
-    try:
-        app()
-    except KeyboardInterrupt:
-        raise SystemExit(EXIT_INTERRUPTED) from None
 
 
 def _load(
@@ -305,7 +328,3 @@ def _load(
         )
     except ScenarioError as error:
         refuse(str(error))
-
-
-if __name__ == "__main__":
-    main()

@@ -29,8 +29,11 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
         errors.print(str(error))
         return _BAD_INPUT
     section = v2v_section(_drawn(loaded))
-    console.print(f"{_lead(loaded)}", highlight=False, markup=False)
-    print_section(console, section)
+
+    def tell() -> None:
+        console.print(_lead(loaded))
+        print_section(console, section)
+
     page = Page(
         title=f"Channel of {loaded.name}, seed {loaded.scenario.seed}",
         lead=_lead(loaded),
@@ -38,7 +41,7 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
         folded=(("The scenario with all its values", effective_yaml(loaded.scenario)),),
         made=(made_by(f"zenvoy channel {loaded.name}"),),
     )
-    return leave(page, "channel.html", folder, console, errors)
+    return leave(page, "channel.html", folder, console, errors, tell)
 
 
 def _drawn(loaded: Loaded) -> DrawnTraffic:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from zenvoy.analysis.files import utf8
 from zenvoy.analysis.log import LogError, as_json
 from zenvoy.analysis.summary import summarize
 from zenvoy.cli.guests import NO_GUESTS, Guests
@@ -34,7 +35,7 @@ def execute(
     except FolderError as error:
         errors.print(str(error))
         return _BAD_INPUT
-    (folder / "effective.json").write_text(effective_json(loaded.scenario))
+    (folder / "effective.json").write_bytes(utf8(effective_json(loaded.scenario)))
     for vehicle in sorted(guests.without):
         join = f"zenvoy vehicle --id {vehicle} --run {folder}"
         console.print(
@@ -78,6 +79,6 @@ def _summarize(folder: Path, console: Console, errors: Console) -> None:
     if summary["end"] is None:  # what went wrong has hit the log too
         for note in summary["notes"]:
             errors.print(note)
-    (folder / "summary.json").write_text(as_json(summary))
+    (folder / "summary.json").write_bytes(utf8(as_json(summary)))
     if summary["cycles"]:
         print_summary(console, summary)

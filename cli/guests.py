@@ -40,7 +40,7 @@ class Meeting:
 
     def write(self, folder: Path) -> None:
         """Leave it in the folder of the run."""
-        (folder / FILE).write_text(json.dumps(asdict(self), indent=2) + "\n")
+        (folder / FILE).write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
 
     @property
     def connect(self) -> tuple[str, ...]:
@@ -84,7 +84,7 @@ def read_meeting(folder: Path) -> Meeting:
     """What a run under way has left in its folder; raises GuestsError."""
     path = folder / FILE
     try:
-        told = json.loads(path.read_text())
+        told = json.loads(path.read_text(encoding="utf-8"))
         return Meeting(run=told["run"], world=tuple(told["world"]), channel=tuple(told["channel"]))
     except OSError as error:
         raise GuestsError(

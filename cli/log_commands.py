@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.cli.terminal import console, errors, interruptible, refuse
 
 
 class Form(StrEnum):
@@ -80,12 +80,14 @@ def export(
         loaded = load_log(log)
         for note in loaded.notes:
             errors.print(f"{log}: {note}")
-        for file in tables.export(loaded, log.parent if out is None else out, to.value):
-            console.print(str(file), highlight=False, soft_wrap=True)
+        with interruptible():
+            files = tables.export(loaded, log.parent if out is None else out, to.value)
     except LogError as error:
         refuse(str(error))
     except tables.ExportError as error:
         refuse(f"--out {error}")
+    for file in files:
+        console.print(str(file), soft_wrap=True)
 
 
 COMMANDS = (info, analyze, compare, export)

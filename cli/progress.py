@@ -22,7 +22,7 @@ class RunProgress:
         self._said_ns = 0
         self._buffer = b""
         self._bar = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.completed:.1f} of {task.total:g} s"),
             TextColumn("{task.fields[pace]}"),

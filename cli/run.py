@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
+from zenvoy.analysis.files import utf8
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
 from zenvoy.bus.clock import stamp, wall_ns
@@ -54,7 +55,7 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
     """What the log will say of this run."""
     scenario = loaded.scenario
     return Labels(
-        scenario_name=loaded.name,
+        scenario_name=utf8(loaded.name).decode(),  # that of a file may be no text
         scenario_text=loaded.text,
         effective_json=effective_json(scenario),
         seed=scenario.seed,

@@ -140,7 +140,8 @@ def _make(cell: Cell, folder: Path, bus: str) -> None:
 
 
 def _be_worker(parent: int) -> None:
-    """Die with the parent, and leave Ctrl-C to it."""
+    """Die with the parent, and leave to it what comes from the terminal."""
     die_with(parent, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

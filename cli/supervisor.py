@@ -129,6 +129,6 @@ class Supervisor:
 
 def _tail(log: Path) -> list[str]:
     try:
-        return log.read_text(errors="replace").splitlines()[-_TAIL_LINES:]
+        return log.read_text(encoding="utf-8", errors="replace").splitlines()[-_TAIL_LINES:]
     except OSError:
         return []

@@ -1,28 +1,59 @@
-"""The command `zenvoy` itself, where it writes, and how it ends."""
+"""Where the command writes, and how it ends."""
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import FrameType
-from typing import NoReturn
+from typing import Final, NoReturn
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
+from rich.segment import Segment
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2
 EXIT_PROCESS_LOST = 3
 EXIT_INTERRUPTED = 130
 
-app = typer.Typer(
-    name="zenvoy",
-    help="Emulates convoys of vehicles that talk to each other.",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-console = Console(soft_wrap=False)
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+_REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+# A name may hold what a terminal would obey. U+2400 and the next picture it instead.
+_CONTROLS: Final = {
+    **{code: 0x2400 + code for code in range(0x20) if chr(code) not in "\n\t"},
+    0x7F: 0x2421,
+    **dict.fromkeys(range(0x80, 0xA0), 0xFFFD),
+}
+
+
+class _Visible:
+    """What is to be printed, without any character that a terminal would obey."""
+
+    def __init__(self, shown: ConsoleRenderable) -> None:
+        self._shown = shown
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self._shown, options):
+            if segment.control:
+                yield segment
+            else:
+                yield Segment(segment.text.translate(_CONTROLS), segment.style)
+
+
+class _Texts(RenderHook):
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        return [_Visible(shown) for shown in renderables]
+
+
+def _console(*, stderr: bool) -> Console:
+    """A console to which texts are texts: no markup, no emoji, nothing that moves the cursor."""
+    made = Console(stderr=stderr, soft_wrap=stderr, highlight=False, markup=False, emoji=False)
+    made.push_render_hook(_Texts())
+    return made
+
+
+console = _console(stderr=False)
+errors = _console(stderr=True)
 
 
 def refuse(text: str) -> NoReturn:
@@ -31,6 +62,25 @@ def refuse(text: str) -> NoReturn:
     raise typer.Exit(EXIT_BAD_INPUT)
 
 
-def interrupt(_signal: int, _frame: FrameType | None) -> None:
-    """End as Ctrl-C does."""
+def requests_to_end() -> Sequence[signal.Signals]:
+    """The signals that ask the command to end, but for those that it was started to ignore."""
+    return [number for number in _REQUESTS_TO_END if signal.getsignal(number) != signal.SIG_IGN]
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let a request to end raise KeyboardInterrupt; elsewhere it ends the command on the spot.
+
+    For what has something to tidy up.
+    """
+    numbers = requests_to_end()
+    before = [signal.signal(number, _interrupt) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt

@@ -34,12 +34,13 @@ _Representer.add_representer(str, _Representer.represent_str)
 _Representer.add_representer(list, _Representer.represent_list)
 
 
-def effective_yaml(scenario: Scenario) -> str:
+def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
     """YAML with every value in the order of the schema; loading it gives an equal scenario."""
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # its stub says None alone
+    yaml.allow_unicode = not ascii_only
     yaml.width = 2**31  # no folded lines
     stream = StringIO()
     yaml.dump(scenario.model_dump(mode="json"), stream)

@@ -240,7 +240,7 @@ class Command:
 
 def _zenvoy() -> list[str]:
     script = Path(sys.executable).with_name("zenvoy")
-    return [str(script)] if script.exists() else [sys.executable, "-m", "zenvoy.cli.app"]
+    return [str(script)] if script.exists() else [sys.executable, "-m", "zenvoy.cli"]
 
 
 def _title(pid: int) -> list[str]:

@@ -16,7 +16,7 @@ RING_M = 1_500.0
 
 
 def run(folder: Path, *options: str) -> Path:
-    command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15"]
+    command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15"]
     command += ["--bus", "in-process", "--out", str(folder), *options]
     subprocess.run(command, check=True, capture_output=True)
     return folder / "run.mcap"

@@ -39,7 +39,7 @@ SETTINGS: Final = {
 
 def fingerprint(folder: Path, processor: dict[str, str], settings: list[str]) -> str:
     """Of 15 s of case 15 that switches at 1 s and brakes at 3 s, with settings."""
-    command = [sys.executable, "-m", "zenvoy.cli.app", "run", "paper/case-15"]
+    command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15"]
     command += ["--bus", "in-process", "--out", str(folder), "--duration-s", "15"]
     for setting in ("control.schedule.0.at_s=1", "events.0.at_s=3", *settings):
         command += ["--set", setting]
