@@ -42,9 +42,12 @@ def trace(
         errors.print(str(error))
         return _BAD_INPUT
     section = trace_section(read, limit_mps2)
-    print_section(console, section)
     said = _event(file, options)
-    console.print(f"\nIn a scenario:\n\n{said}", highlight=False, markup=False, soft_wrap=True)
+
+    def tell() -> None:
+        print_section(console, section)
+        console.print(f"\nIn a scenario:\n\n{said}", soft_wrap=True)
+
     page = Page(
         title=f"Trace {file.name}",
         lead=f"{read.column} over {read.time_column}, as a scenario would read it.",
@@ -52,7 +55,7 @@ def trace(
         folded=(("In a scenario", said),),
         made=(made_by(f"zenvoy trace {file}"),),
     )
-    return leave(page, "trace.html", folder, console, errors)
+    return leave(page, "trace.html", folder, console, errors, tell)
 
 
 def options_of(
