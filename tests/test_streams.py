@@ -145,6 +145,6 @@ def test_what_an_encoding_has_not_is_told_in_ascii(monkeypatch: pytest.MonkeyPat
     install()
     assert isinstance(sys.stdout, io.TextIOWrapper)
     assert (sys.stdout.encoding, sys.stderr.encoding) == ("latin-1", "utf-8")
-    shown = "Größe ≥ 2 m/s², −3 σ: 模 \udcff".encode("latin-1", sys.stdout.errors)
+    shown = "Größe ≥ 2 m/s², −3 σ: 模 \udcff".encode("latin-1", str(sys.stdout.errors))
     assert shown == b"Gr\xf6\xdfe >= 2 m/s\xb2, -3 sigma: \\u6a21 \\udcff"
-    assert "×".encode("ascii", sys.stdout.errors) == b"x"
+    assert "×".encode("ascii", str(sys.stdout.errors)) == b"x"
