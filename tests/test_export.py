@@ -218,4 +218,4 @@ def test_the_command_refuses_what_is_no_log(tmp_path: Path) -> None:
     assert not (tmp_path / "x").exists()
     refused = zenvoy(tmp_path, "export", "a.mcap", "--to", "hdf5")
     assert refused.code == 2
-    assert "'hdf5' is not one of 'parquet', 'csv'" in refused.err
+    assert refused.err == "--to hdf5: is not one of 'parquet', 'csv'\n"
