@@ -119,6 +119,8 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     EVENT_SILENT_END: _EventKind.ValueType  # 12
     EVENT_PROCESS_BACK: _EventKind.ValueType  # 13
     """real time: one that was lost, or not there at the start, is there"""
+    EVENT_TARGET: _EventKind.ValueType  # 14
+    """the schedule changes desired gap, desired speed or gains"""
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -141,6 +143,8 @@ EVENT_SILENT: EventKind.ValueType  # 11
 EVENT_SILENT_END: EventKind.ValueType  # 12
 EVENT_PROCESS_BACK: EventKind.ValueType  # 13
 """real time: one that was lost, or not there at the start, is there"""
+EVENT_TARGET: EventKind.ValueType  # 14
+"""the schedule changes desired gap, desired speed or gains"""
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final

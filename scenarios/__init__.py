@@ -16,6 +16,7 @@ from zenvoy.scenarios.channel import (
     SenderOffset,
     TechnologyName,
 )
+from zenvoy.scenarios.courses import Course, Targets
 from zenvoy.scenarios.effective import effective_json, effective_yaml
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
@@ -34,6 +35,7 @@ from zenvoy.scenarios.schema import (
     Control,
     Estimator,
     Fleet,
+    GainChanges,
     Gains,
     Group,
     Model,
@@ -54,9 +56,11 @@ __all__ = [
     "Brake",
     "Channel",
     "Control",
+    "Course",
     "Estimator",
     "Fleet",
     "FourState",
+    "GainChanges",
     "Gains",
     "GilbertElliott",
     "Group",
@@ -83,6 +87,7 @@ __all__ = [
     "Settings",
     "Sine",
     "Switch",
+    "Targets",
     "TechnologyName",
     "Trace",
     "UnknownScenarioError",

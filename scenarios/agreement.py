@@ -51,12 +51,16 @@ def refuse_disagreements(scenario: Scenario) -> None:
 def _lengths(scenario: Scenario) -> Iterator[Problem]:
     """Gaps are measured from front to front: one of a vehicle's length is a collision."""
     length_m = scenario.fleet.length_m
-    gaps = {
+    gaps: dict[str, float | None] = {
         "fleet.gap_m": scenario.fleet.gap_m,
         "control.desired_gap_m": scenario.control.desired_gap_m,
     }
+    for index, group in enumerate(scenario.fleet.groups):
+        gaps[f"fleet.groups.{index}.desired_gap_m"] = group.desired_gap_m
+    for index, switch in enumerate(scenario.control.schedule):
+        gaps[f"control.schedule.{index}.desired_gap_m"] = switch.desired_gap_m
     for key, gap_m in gaps.items():
-        if gap_m <= length_m:
+        if gap_m is not None and gap_m <= length_m:
             text = f"{trimmed(gap_m)} is not greater than fleet.length_m ({trimmed(length_m)})"
             yield Problem(key=key, text=text, related=("fleet.length_m",))
 
@@ -78,7 +82,8 @@ def _models(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """Every model that is named, with the key where it is."""
     yield "control.model", scenario.control.model
     for index, switch in enumerate(scenario.control.schedule):
-        yield f"control.schedule.{index}.model", switch.model
+        if switch.model is not None:
+            yield f"control.schedule.{index}.model", switch.model
     for index, group in enumerate(scenario.fleet.groups):
         if group.model is not None:
             yield f"fleet.groups.{index}.model", group.model
@@ -143,6 +148,14 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
     schedule = scenario.control.schedule
     names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
     for index, switch in enumerate(schedule):
+        key = f"control.schedule.{index}"
+        if switch.model is None and not switch.targets:
+            text = "nothing changes; allowed: model, desired_gap_m, desired_speed_mps or gains"
+            allowed = ("model", "desired_gap_m", "desired_speed_mps", "gains")
+            yield Problem(key=key, text=text, related=tuple(f"{key}.{name}" for name in allowed))
+        elif switch.ramp_s > 0.0 and not switch.targets:
+            text = f"{trimmed(switch.ramp_s)} is given, but a model changes at once; allowed: 0"
+            yield Problem(key=f"{key}.ramp_s", text=text, related=(f"{key}.model",))
         if switch.vehicles is not None:
             try:
                 members(switch.vehicles, scenario.fleet.size, names)

@@ -2,7 +2,7 @@
 
 An event rules its vehicle's acceleration whatever the controller says, from start_ns (included)
 to end_ns (excluded); before and after, the controller rules. Where a brake and a speed profile
-meet, the brake wins.
+meet, the brake wins; where the return from a brake meets either, the return gives way.
 """
 
 from __future__ import annotations
@@ -19,13 +19,17 @@ Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_
 
 
 class Brake(Section):
-    """From at_s, for duration_s, the vehicle brakes."""
+    """From at_s, for duration_s, the vehicle brakes.
+
+    Within return_s it then goes back to the speed that it had before; null: it does not.
+    """
 
     type: Literal["brake"] = "brake"
     vehicle: Vehicle
     at_s: NonNegative
     duration_s: Positive
     deceleration_mps2: Positive
+    return_s: Positive | None = None
 
     @property
     def start_ns(self) -> int:
@@ -36,6 +40,11 @@ class Brake(Section):
     def end_ns(self) -> int:
         """When it ends."""
         return round((self.at_s + self.duration_s) * NS_PER_S)
+
+    @property
+    def returned_ns(self) -> int:
+        """When the vehicle has the speed again that it had before; end_ns if it does not return."""
+        return round((self.at_s + self.duration_s + (self.return_s or 0.0)) * NS_PER_S)
 
 
 class Sine(Section):

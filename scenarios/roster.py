@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from zenvoy.scenarios.courses import Targets, constant
 from zenvoy.scenarios.sets import drawn, members
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema import Gains, Model, Scenario
+    from zenvoy.scenarios.schema import Gains, Model, Scenario, Switch
 
 _NS_PER_S = 1_000_000_000
 
-# A switch: when (ns), to what, and for whom; None: for all without a model from a group.
-Phase = tuple[int, "Model", frozenset[int] | None]
+# An entry of the schedule, and for whom it is; None: for all to whom no group gives what changes.
+Entry = tuple["Switch", frozenset[int] | None]
+_GAINS = ("k_d", "k_v", "k_c")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Of one vehicle. phases: each model with the time (ns) from which it is in force."""
+    """Of one vehicle. phases: each model with the time (ns) from which it is in force.
+
+    Gains, desired gap and desired speed are those of the start; `targets` has them over time.
+    """
 
     phases: tuple[tuple[int, Model], ...]
     gains: Gains
     desired_gap_m: float
     desired_speed_mps: float
     beacons: bool
+    targets: Targets
 
     @property
     def models(self) -> frozenset[Model]:
@@ -38,15 +45,11 @@ def roster(scenario: Scenario) -> tuple[Settings, ...]:
     """Settings of vehicles 1..size, in order; the scenario must be a valid one."""
     sets = group_members(scenario)
     size = scenario.fleet.size
-    switches: list[Phase] = [
-        (
-            round(switch.at_s * _NS_PER_S),
-            switch.model,
-            None if switch.vehicles is None else members(switch.vehicles, size, sets),
-        )
+    entries: list[Entry] = [
+        (switch, None if switch.vehicles is None else members(switch.vehicles, size, sets))
         for switch in scenario.control.schedule
     ]
-    return tuple(_settings(scenario, v, sets, switches) for v in range(1, size + 1))
+    return tuple(_settings(scenario, v, sets, entries) for v in range(1, size + 1))
 
 
 def group_members(scenario: Scenario) -> dict[str, frozenset[int]]:
@@ -65,24 +68,59 @@ def _settings(
     scenario: Scenario,
     vehicle: int,
     sets: dict[str, frozenset[int]],
-    switches: list[Phase],
+    entries: list[Entry],
 ) -> Settings:
     control = scenario.control
     # Later groups count, so each setting is the last that is given.
     mine = [g for g in reversed(scenario.fleet.groups) if vehicle in sets[g.name]]
     own_model = next((g.model for g in mine if g.model is not None), None)
-    phases: list[tuple[int, Model]] = [(0, own_model or control.model)]
-    phases += [
-        (at_ns, model)
-        for at_ns, model, whom in switches
-        if (vehicle in whom if whom is not None else own_model is None)
-    ]
+    own_gains = next((g.gains for g in mine if g.gains is not None), None)
     gap_m = next((g.desired_gap_m for g in mine if g.desired_gap_m is not None), None)
     speed_mps = next((g.desired_speed_mps for g in mine if g.desired_speed_mps is not None), None)
+    gains = control.gains if own_gains is None else own_gains
+    start = {
+        "desired_gap_m": control.desired_gap_m if gap_m is None else gap_m,
+        "desired_speed_mps": control.desired_speed_mps if speed_mps is None else speed_mps,
+        **{name: getattr(gains, name) for name in _GAINS},
+    }
+    of_groups = {
+        *(["model"] if own_model is not None else []),
+        *(["desired_gap_m"] if gap_m is not None else []),
+        *(["desired_speed_mps"] if speed_mps is not None else []),
+        *(_GAINS if own_gains is not None else []),
+    }
+    phases: list[tuple[int, Model]] = [(0, own_model or control.model)]
+    phases += [
+        (round(switch.at_s * _NS_PER_S), switch.model)
+        for switch, whom in entries
+        if switch.model is not None and _concerns(vehicle, whom, "model", of_groups)
+    ]
     return Settings(
         phases=tuple(phases),
-        gains=next((g.gains for g in mine if g.gains is not None), control.gains),
-        desired_gap_m=control.desired_gap_m if gap_m is None else gap_m,
-        desired_speed_mps=control.desired_speed_mps if speed_mps is None else speed_mps,
+        gains=gains,
+        desired_gap_m=start["desired_gap_m"],
+        desired_speed_mps=start["desired_speed_mps"],
         beacons=all(g.beacons for g in mine),
+        targets=_targets(vehicle, start, entries, of_groups),
     )
+
+
+def _concerns(
+    vehicle: int, whom: frozenset[int] | None, name: str, of_groups: Container[str]
+) -> bool:
+    return name not in of_groups if whom is None else vehicle in whom
+
+
+def _targets(
+    vehicle: int, start: Mapping[str, float], entries: list[Entry], of_groups: Container[str]
+) -> Targets:
+    courses = {name: constant(value) for name, value in start.items()}
+    cruises_ns: int | None = None
+    for switch, whom in entries:
+        at_ns, ramp_ns = round(switch.at_s * _NS_PER_S), round(switch.ramp_s * _NS_PER_S)
+        for name, value in switch.targets.items():
+            if _concerns(vehicle, whom, name, of_groups):
+                courses[name] = courses[name].changed(at_ns, ramp_ns, value)
+                if name == "desired_speed_mps" and cruises_ns is None:
+                    cruises_ns = at_ns
+    return Targets(**courses, cruises_ns=cruises_ns)

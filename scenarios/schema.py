@@ -72,15 +72,40 @@ class Fleet(Section):
     groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is welcome too
 
 
-class Switch(Section):
-    """From at_s on, these vehicles run this model.
+class GainChanges(Section):
+    """As Gains; null: as before."""
 
-    vehicles null: all to which no group gives a model of its own.
+    k_d: NonNegative | None = None
+    k_v: NonNegative | None = None
+    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """Those that change."""
+        return self.model_dump(exclude_none=True)
+
+
+class Switch(Section):
+    """From at_s on, these vehicles have this model, these targets, these gains; null: as before.
+
+    vehicles null: all to which no group gives what changes. Targets and gains, not models, may
+    change evenly over ramp_s.
     """
 
     at_s: NonNegative
-    model: Model
     vehicles: VehicleSet | None = None
+    model: Model | None = None
+    desired_gap_m: Positive | None = None
+    desired_speed_mps: NonNegative | None = None
+    gains: GainChanges | None = None
+    ramp_s: NonNegative = 0.0
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """What changes but for the model, by name: desired_gap_m, desired_speed_mps, k_d, …"""
+        named = {"desired_gap_m": self.desired_gap_m, "desired_speed_mps": self.desired_speed_mps}
+        given = {name: value for name, value in named.items() if value is not None}
+        return given if self.gains is None else given | self.gains.given
 
 
 class MultiNode(Section):

@@ -71,7 +71,9 @@ def test_it_runs_to_the_end(name: str) -> None:
     assert not kinds & {pb.EVENT_COLLISION, pb.EVENT_STOPPED}
     assert (pb.EVENT_BRAKE in kinds) == bool(scenario.brakes)
     assert (pb.EVENT_TRACE in kinds) == bool(scenario.profiles)
-    assert (pb.EVENT_MODEL in kinds) == bool(scenario.control.schedule)
+    schedule = scenario.control.schedule
+    assert (pb.EVENT_MODEL in kinds) == any(switch.model for switch in schedule)
+    assert (pb.EVENT_TARGET in kinds) == any(switch.targets for switch in schedule)
 
 
 @pytest.mark.parametrize("name", NAMES)

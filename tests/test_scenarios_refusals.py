@@ -167,8 +167,8 @@ def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None
         ),
         (
             "control: {schedule: [{at_s: 1}]}",
-            "control.schedule.0.model: missing; allowed: one of FM, BCM, MBCM, PBCM, CACC"
-            "  (s.yaml, line 1)",
+            "control.schedule.0: nothing changes; allowed: model, desired_gap_m, "
+            "desired_speed_mps or gains  (s.yaml, line 1)",
         ),
         (
             "control: {schedule: [{model: FM}]}",
@@ -494,15 +494,17 @@ sensors:
         "channel.loss.p: 1.4 is not in [0, 1]  (s.yaml, line 6)",
         "channel.loss: given twice, first in s.yaml, line 5; allowed: once  (s.yaml, line 7)",
         "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 9)",
-        "control.schedule.0.model: 'X' is not one of FM, BCM, MBCM, PBCM, CACC  (s.yaml, line 11)",
-        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, model, vehicles"
+        "control.schedule.0.model: 'X' is not one of FM, BCM, MBCM, PBCM, CACC or null"
+        "  (s.yaml, line 11)",
+        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, vehicles, model, "
+        "desired_gap_m, desired_speed_mps, gains, ramp_s"
         "  (s.yaml, line 12)",
         "control.schedule.3.at_s: 5 is not later than the switch before (10)  (s.yaml, line 14)",
         "seed: the tag !dice is not one of !!map, !!seq, !!null, !!bool, !!int, !!float, !!str"
         "  (s.yaml, line 15)",
         "events.0.at_s: 'soon' is not a number  (s.yaml, line 17)",
-        "events.1.foo: unknown key; allowed: type, vehicle, at_s, duration_s, deceleration_mps2"
-        "  (s.yaml, line 18)",
+        "events.1.foo: unknown key; allowed: type, vehicle, at_s, duration_s, deceleration_mps2, "
+        "return_s  (s.yaml, line 18)",
         "sensors: null is not a mapping; allowed keys: error, distribution, position_std_m"
         "  (s.yaml, line 19)",
         "events.9: no such entry; allowed: 0 to 2 (2 adds one)  (--set events.9.at_s=3)",

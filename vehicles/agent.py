@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -44,6 +45,7 @@ class VehicleAgent:
         self._place = _place(scenario, vehicle)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
+        self._targets = settings.targets
         self._law = _law(scenario, settings)
         self._tells = settings.beacons
         self._beaconing = beaconing(scenario, vehicle)
@@ -116,7 +118,8 @@ class VehicleAgent:
         known, effective_ns = self._known, now_ns + self._delay_ns
         predicted = known.predict(effective_ns) if self._estimates else None
         model = self._model_at(now_ns)
-        decision = decide(model, self._place, self._view(model, now_ns), predicted, self._law)
+        law = self._law_at(now_ns)
+        decision = decide(model, self._place, self._view(model, now_ns), predicted, law)
         known.command(effective_ns, decision.acceleration)
         values = (
             self._cycle,
@@ -140,6 +143,22 @@ class VehicleAgent:
             del self._phases[0]
         model = self._phases[0][1]
         return "FM" if model == "CACC" and self._neighbours.leader == self.vehicle else model
+
+    def _law_at(self, now_ns: int) -> Law:
+        """The law with the targets of the schedule."""
+        targets = self._targets
+        if not targets.change:
+            return self._law
+        cruises = targets.cruises_ns is not None and targets.cruises_ns <= now_ns
+        return replace(
+            self._law,
+            k_d=targets.k_d.at(now_ns),
+            k_v=targets.k_v.at(now_ns),
+            k_c=targets.k_c.at(now_ns),
+            p_des=targets.desired_gap_m.at(now_ns),
+            v_des=targets.desired_speed_mps.at(now_ns),
+            cruise=targets.desired_speed_mps.rate(now_ns) if cruises else None,
+        )
 
     def _view(self, model: str, now_ns: int) -> View:
         """What there is to decide on, as far as the model looks at it."""

@@ -28,7 +28,8 @@ class PlatoonLaw:
 class Law:
     """Gains k_d (s⁻²), k_v and k_c (s⁻¹), desired gap (m) and speed (m/s), limit (m/s²).
 
-    `weights` are those of MBCM, by name or nearest first; `platoon` is for CACC.
+    `weights` are those of MBCM, by name or nearest first; `platoon` is for CACC. `cruise` is how
+    fast (m/s²) the desired speed of one who has nobody ahead changes; None: it keeps its speed.
     """
 
     k_d: float
@@ -39,6 +40,7 @@ class Law:
     a_max: float
     weights: str | tuple[float, ...] = "least-squares"
     platoon: PlatoonLaw = PlatoonLaw()
+    cruise: float | None = None
 
 
 class Told(NamedTuple):
@@ -107,6 +109,15 @@ def cooperative(ahead: Relative, told: Told, leader: Told, v: float, law: Law) -
         - c1 * root * omega_n * (v - leader.v)
         + omega_n**2 * (ahead.p - law.p_des)
     )
+
+
+def cruising(v: float, law: Law) -> float:
+    """Acceleration of a vehicle with nobody ahead, m/s².
+
+    0, as the paper's Eq. 5 has it; or, once it has been given a desired speed, what is left of
+    FM, with the rate of that speed fed forward, so that a ramp is followed whatever k_c is.
+    """
+    return 0.0 if law.cruise is None else law.cruise + law.k_c * (law.v_des - v)
 
 
 def limited(a: float, law: Law) -> float:

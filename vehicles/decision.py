@@ -11,6 +11,7 @@ from zenvoy.vehicles.controllers import (
     Told,
     bilateral,
     cooperative,
+    cruising,
     following,
     limited,
     multi_node,
@@ -65,10 +66,13 @@ def decide(model: str, place: Place, read: View, predicted: Predicted | None, la
     """Acceleration for a vehicle that runs `model`.
 
     Where what the model needs of others is missing, it falls back to FM on the own radar. The
-    ends of the open road follow paper Eq. 5: the first keeps its speed, the last has nobody
-    behind and follows. `predicted` is for PBCM alone.
+    ends of the open road follow paper Eq. 5: the first keeps its speed unless the schedule gives
+    it one, the last has nobody behind and follows. `predicted` is for PBCM alone.
     """
-    if place is Place.FIRST or read.radar is None:
+    if place is Place.FIRST:
+        speed = predicted.speed if predicted is not None and model == "PBCM" else read.speed
+        return Decision(limited(cruising(speed, law), law), pb.MODE_CONSTANT_SPEED)
+    if read.radar is None:
         return Decision(0.0, pb.MODE_CONSTANT_SPEED)
     if model == "FM":
         decision = _follow(read.ahead, read.speed, pb.MODE_FM, law)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
-from zenvoy.scenarios import Brake, Scenario, Sine, Trace
+from zenvoy.scenarios import Scenario, Sine, Switch, Trace
 
 
 class Chronicle:
-    """Brakes, traces and model switches as scheduled, collisions and fallbacks as they happen."""
+    """What is scheduled, when it is due; collisions and fallbacks, when they happen."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scheduled = sorted(_scheduled(scenario), key=lambda event: event.time_ns)
@@ -50,31 +50,47 @@ class Chronicle:
 
 
 def _scheduled(scenario: Scenario) -> list[pb.Event]:
-    events = [
-        pb.Event(
-            time_ns=round(switch.at_s * 1e9),
-            kind=pb.EVENT_MODEL,
-            text=switch.model if switch.vehicles is None else f"{switch.model}: {switch.vehicles}",
-        )
-        for switch in scenario.control.schedule
-    ]
+    events: list[pb.Event] = []
+    for switch in scenario.control.schedule:
+        at_ns = round(switch.at_s * 1e9)
+        whom = "" if switch.vehicles is None else f": {switch.vehicles}"
+        if switch.model is not None:
+            text = f"{switch.model}{whom}"
+            events.append(pb.Event(time_ns=at_ns, kind=pb.EVENT_MODEL, text=text))
+        if switch.targets:
+            text = f"{_targets(switch)}{whom}"
+            events.append(pb.Event(time_ns=at_ns, kind=pb.EVENT_TARGET, text=text))
     for brake in scenario.brakes:
         text = f"{brake.deceleration_mps2:g} m/s²"
-        events += _spell(brake, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
+        span = (brake.start_ns, brake.end_ns)
+        events += _spell(brake.vehicle, span, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
+        if brake.return_s is not None:
+            span = (brake.end_ns, brake.returned_ns)
+            text = "back to the speed before the brake"
+            events += _spell(brake.vehicle, span, pb.EVENT_TRACE, pb.EVENT_TRACE_END, text)
     for profile in scenario.profiles:
-        events += _spell(profile, pb.EVENT_TRACE, pb.EVENT_TRACE_END, _in_words(profile))
+        span, text = (profile.start_ns, profile.end_ns), _in_words(profile)
+        events += _spell(profile.vehicle, span, pb.EVENT_TRACE, pb.EVENT_TRACE_END, text)
     return events
 
 
+def _targets(switch: Switch) -> str:
+    """What changes, and within which time: "desired_gap_m 40 within 20 s"."""
+    changes = ", ".join(f"{name} {value:g}" for name, value in switch.targets.items())
+    return f"{changes} within {switch.ramp_s:g} s" if switch.ramp_s else changes
+
+
 def _spell(
-    event: Brake | Sine | Trace,
+    vehicle: int,
+    span_ns: tuple[int, int],
     begins: pb.EventKind.ValueType,
     ends: pb.EventKind.ValueType,
     text: str,
 ) -> tuple[pb.Event, pb.Event]:
+    start_ns, end_ns = span_ns
     return (
-        pb.Event(time_ns=event.start_ns, kind=begins, vehicle=event.vehicle, text=text),
-        pb.Event(time_ns=event.end_ns, kind=ends, vehicle=event.vehicle),
+        pb.Event(time_ns=start_ns, kind=begins, vehicle=vehicle, text=text),
+        pb.Event(time_ns=end_ns, kind=ends, vehicle=vehicle),
     )
 
 

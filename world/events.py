@@ -48,13 +48,46 @@ class Braking:
         return -self.deceleration if self.start_ns <= time_ns < self.end_ns else None
 
 
+class Returning:
+    """A vehicle (index) goes back from a brake to the speed that it had when the brake began."""
+
+    def __init__(self, brake: Brake) -> None:
+        self.vehicle = brake.vehicle - 1
+        self._brakes_ns, self._start_ns, self._end_ns = (
+            brake.start_ns,
+            brake.end_ns,
+            brake.returned_ns,
+        )
+        self._before: float | None = None
+
+    def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
+        """Start and end of the brake, and its own end, where they lie between the two."""
+        times = (self._brakes_ns, self._start_ns, self._end_ns)
+        return (t for t in times if after_ns < t < before_ns)
+
+    def acceleration(self, time_ns: int, speed: float) -> float | None:
+        """What takes it there evenly (m/s²), while it goes back.
+
+        The fleet asks at every change, and so at the start of the brake, which tells the speed.
+        """
+        if self._before is None and time_ns >= self._brakes_ns:
+            self._before = speed
+        if self._before is None or not self._start_ns <= time_ns < self._end_ns:
+            return None
+        return (self._before - speed) / ((self._end_ns - time_ns) * 1e-9)
+
+
 class Overrides:
-    """All events of a scenario. Brakes come before speeds to follow, the hardest brake first."""
+    """All events of a scenario.
+
+    Brakes come before speeds to follow, the hardest brake first, and returns from brakes last.
+    """
 
     def __init__(self, scenario: Scenario) -> None:
         brakes = sorted(scenario.brakes, key=lambda brake: brake.deceleration_mps2)
         # The later in the list, the stronger.
         self._all: list[Override] = [
+            *(Returning(brake) for brake in brakes if brake.return_s is not None),
             *(_following(event, scenario.period_ns) for event in scenario.profiles),
             *(_braking(brake) for brake in brakes),
         ]

@@ -1,0 +1,77 @@
+"""Values that a schedule changes over time, at once or evenly over a while."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+_NS_PER_S = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A value over time: `points` of (ns, value), the first at 0, with straight lines between them.
+
+    Of two points at the same instant the later one counts from there on; after the last point
+    the value stays.
+    """
+
+    points: tuple[tuple[int, float], ...]
+
+    def at(self, time_ns: int) -> float:
+        """The value at `time_ns`, which is not before 0."""
+        (start_ns, start), end = self._around(time_ns)
+        if end is None:
+            return start
+        end_ns, value = end
+        return start + (value - start) * ((time_ns - start_ns) / (end_ns - start_ns))
+
+    def rate(self, time_ns: int) -> float:
+        """How fast it changes from `time_ns` on, per second."""
+        (start_ns, start), end = self._around(time_ns)
+        if end is None:
+            return 0.0
+        return (end[1] - start) * _NS_PER_S / (end[0] - start_ns)
+
+    def changed(self, at_ns: int, ramp_ns: int, value: float) -> Course:
+        """This course up to `at_ns`, and from there evenly to `value` within `ramp_ns`."""
+        before = tuple(point for point in self.points if point[0] < at_ns or point[0] == 0)
+        return Course((*before, (at_ns, self.at(at_ns)), (at_ns + ramp_ns, value)))
+
+    def is_constant(self, from_ns: int, to_ns: int) -> bool:
+        """Whether it has one value from `from_ns` to `to_ns`, both included."""
+        within = (value for time_ns, value in self.points if from_ns < time_ns <= to_ns)
+        value = self.at(from_ns)
+        return self.at(to_ns) == value and all(other == value for other in within)
+
+    def _around(self, time_ns: int) -> tuple[tuple[int, float], tuple[int, float] | None]:
+        """The last point up to `time_ns`, and the next one."""
+        index = bisect_right(self.points, time_ns, key=lambda point: point[0])
+        following = self.points[index] if index < len(self.points) else None
+        return self.points[index - 1], following
+
+
+def constant(value: float) -> Course:
+    """A course that does not change."""
+    return Course(((0, value),))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Targets:
+    """What a vehicle's law aims at, over time: gap (m), speed (m/s), gains (s⁻², s⁻¹, s⁻¹).
+
+    cruises_ns: from when on the schedule gives it a desired speed; None: never.
+    """
+
+    desired_gap_m: Course
+    desired_speed_mps: Course
+    k_d: Course
+    k_v: Course
+    k_c: Course
+    cruises_ns: int | None = None
+
+    @property
+    def change(self) -> bool:
+        """Whether the schedule changes any of them."""
+        courses = (self.desired_gap_m, self.desired_speed_mps, self.k_d, self.k_v, self.k_c)
+        return any(len(course.points) > 1 for course in courses)
