@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := scenarios bus vehicles channel world analysis cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check bench conformance external-cpp picture proto clean
+.PHONY: setup demo test check bench chaos conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -31,6 +31,11 @@ check: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy $(foreach package,$(PACKAGES),-p zenvoy.$(package))
 	$(BIN)/mypy tests benchmarks
+
+# Hits the processes of 500 runs with signals at random moments; docs/ends.md says what is to come
+# of it. To be run on a machine that does little else: how long an end takes is judged, too.
+chaos: setup
+	$(BIN)/python -m tests.chaos --runs 500
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks

@@ -17,7 +17,7 @@ from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import TOPICS, Topic, alive_key, vehicle_name
-from zenvoy.bus.watch import Watch
+from zenvoy.bus.watch import Blame, Watch
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class Connection:
         }
         self._whose = self._vehicles_by_key()
         self._joiner = Joiner()
-        self._awaited = ""
+        self._awaited = Blame("")
         self._watch = Watch(wiring.stall_limit_s, self._blame, self._stuck)
         self._alive: zenoh.Subscriber[Any] | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
@@ -218,24 +218,27 @@ class Connection:
         for key in self._written(self._wiring.vehicles):
             self._publishers[key] = self._session.declare_publisher(key, congestion_control=full)
 
-    def _written(self, fleet: Iterable[int], *, read: bool = False) -> list[str]:
-        """Keys that it writes, or those of them that must be read, in a fleet of these vehicles."""
+    def _written(self, fleet: Iterable[int]) -> dict[str, str]:
+        """Keys that it writes in a fleet of these vehicles, each with the process that reads it.
+
+        The process is "" where nobody has to.
+        """
         agent = self._participant
-        keys = [
-            self._keys[topic, vehicle]
+        return {
+            self._keys[topic, vehicle]: self._process(topic.reader, vehicle) if topic.reader else ""
             for topic in TOPICS
             if topic.writer == agent.role and topic.pattern is not None
-            if topic.reader is not None or not read
             for vehicle in (agent.vehicles or fleet if topic.per_vehicle else (0,))
-        ]
-        return list(dict.fromkeys(keys))
+        }
 
     def _wait_for_readers(self) -> None:
         """What is put before a subscriber matches is gone, so wait until each one does."""
         present = [one for one in self._wiring.vehicles if one not in self._wiring.absent]
-        for key in self._written(present, read=True):
+        for key, reader in self._written(present).items():
+            if not reader:
+                continue
             publisher = self._publishers[key]
-            self._awaited = f"a reader of {key}"
+            self._awaited = Blame(f"a reader of {key}", (reader,))
             with publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
                 # The stub types the status as a bool; it is an object with a field, always true.
                 while not cast(zenoh.MatchingStatus, publisher.matching_status).matching:
@@ -252,15 +255,23 @@ class Connection:
             history=True,
         )
         while absent:
-            self._awaited = f"the start of {', '.join(sorted(absent)[:5])}"
+            late = sorted(absent)
+            self._awaited = Blame(f"the start of {', '.join(late[:5])}", tuple(late))
             sample = self._watch.wait(self._alive.recv)
             if sample.kind == zenoh.SampleKind.PUT:
                 absent.discard(str(sample.key_expr).rpartition("/")[2])
                 self._watch.progressed()
 
-    def _blame(self, in_any_case: bool) -> str | None:
+    def _blame(self, in_any_case: bool) -> Blame | None:
         """What this process waits for, or None where it should not be the one to say so."""
         return self._awaited
+
+    def _process(self, role: str, vehicle: int) -> str:
+        """Name of the process of a role, or of a vehicle."""
+        if role != "vehicle":
+            return role
+        host = self._host_of.get(vehicle)
+        return vehicle_name(vehicle, len(self._wiring.vehicles)) if host is None else host.name
 
     def _stuck(self) -> None:
         """Called now and then while nothing comes of waiting."""

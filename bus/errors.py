@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 
 class BusError(Exception):
     """Base of all errors of the bus."""
 
 
 class StalledError(BusError):
-    """A barrier was not met within the stall limit; the text names what is missing."""
+    """A barrier was not met within the stall limit; the text names what is missing.
+
+    `culprits` are the processes that it should have come from, where these are known.
+    """
+
+    def __init__(self, text: str, culprits: Sequence[str] = ()) -> None:
+        super().__init__(text)
+        self.culprits = tuple(culprits)
 
 
 class StoppedError(BusError):

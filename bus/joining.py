@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import zenoh
 
@@ -68,8 +68,17 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
         processes = _reply(session, processes_key(run), deadline_ns)
     if scenario is None or processes is None:
         raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}")
-    told = json.loads(processes)
-    return Standing(scenario, frozenset(told["present"]), told["shared"])
+    try:
+        return _standing(scenario, json.loads(processes))
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise NoAnswerError(
+            f"what answers from {', '.join(connect)} is no run of Zenvoy"
+        ) from error
+
+
+def _standing(scenario: bytes, told: Any) -> Standing:
+    shared = {str(name): [int(one) for one in ids] for name, ids in told["shared"].items()}
+    return Standing(scenario, frozenset(map(str, told["present"])), shared)
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:

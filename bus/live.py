@@ -155,7 +155,7 @@ class LiveBus(Connection):
                 return self._came.get(wall_ns() + round(limit_s * 1e9))
             except Empty:
                 continue
-        raise StalledError(f"nothing has come from the world for {limit_s:g} s")
+        raise StalledError(f"nothing has come from the world for {limit_s:g} s", ("world",))
 
     def _hear(self, sample: _Sample) -> None:
         topic, key = sample.topic, str(sample.sample.key_expr)

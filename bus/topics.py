@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
@@ -9,6 +10,8 @@ from google.protobuf.message import DecodeError, Message
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
+
+_PLAIN: Final = re.compile(r"[\w.-]{1,100}", re.ASCII)
 
 M_co = TypeVar("M_co", bound=Message, covariant=True)
 
@@ -95,6 +98,18 @@ LOGGED: Final = tuple(
     topic for topic in TOPICS if topic.logged_as is not None and topic is not REALTIME
 )
 """Topics of every log; REALTIME is in those of real time alone."""
+
+
+def plain_name(name: str) -> str:
+    """Return the name of a run if it can be part of keys; raises ValueError for any other.
+
+    To Zenoh `*` and `$*` are wildcards, `/` separates, and `#`, `?` and `@` have a meaning too.
+    """
+    if _PLAIN.fullmatch(name) is None:
+        raise ValueError(
+            f"{name[:80]!r} is no name of a run; allowed: up to 100 of a-z, A-Z, 0-9, . _ and -"
+        )
+    return name
 
 
 def vehicle_name(vehicle: int, size: int) -> str:

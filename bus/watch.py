@@ -11,7 +11,7 @@ import math
 import signal
 from collections.abc import Callable
 from types import FrameType, TracebackType
-from typing import Self, TypeVar
+from typing import NamedTuple, Self, TypeVar
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import StalledError, StoppedError
@@ -23,10 +23,18 @@ _IDLE_S = 0.5
 _GRACE_S = 5.0  # from the request to end until the system ends the process
 
 
+class Blame(NamedTuple):
+    """What a process waits for, in words, and the processes that it should come from."""
+
+    text: str
+    culprits: tuple[str, ...] = ()
+
+
 class Watch:
     """Watches one process's main thread; SIGTERM is the request to end.
 
-    `stall_limit_s` None: wait for ever. `blame` says in words what is missing, or returns None
+    SIGTERM may be held until the context is entered: a request from before is remembered.
+    `stall_limit_s` None: wait for ever. `blame` says what is missing, or returns None
     where somebody else should be blamed, who has until twice the limit to do so: it is told
     whether that time has passed. `on_idle` is called out of a wait that has lasted for a while, and
     again and again as it goes on.
@@ -35,7 +43,7 @@ class Watch:
     def __init__(
         self,
         stall_limit_s: float | None,
-        blame: Callable[[bool], str | None],
+        blame: Callable[[bool], Blame | None],
         on_idle: Callable[[], None] = lambda: None,
     ) -> None:
         self._limit_s = stall_limit_s
@@ -45,10 +53,14 @@ class Watch:
         self._stopped = False
         self._progress = 0
         self._seen = (0, wall_ns())
+        self._every_ns = round(1e9 * min(_IDLE_S, (stall_limit_s or math.inf) / _CHECKS_PER_LIMIT))
+        self._alarm_ns = wall_ns()
 
     def __enter__(self) -> Self:
         signal.signal(signal.SIGTERM, self._on_stop)
-        every_s = min(_IDLE_S, (self._limit_s or math.inf) / _CHECKS_PER_LIMIT)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
+        every_s = self._every_ns * 1e-9
+        self._alarm_ns = wall_ns()
         signal.signal(signal.SIGALRM, self._on_alarm)
         signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
         return self
@@ -92,6 +104,9 @@ class Watch:
     def _on_alarm(self, _signal: int, _frame: FrameType | None) -> None:
         progress, since_ns = self._seen
         now_ns = wall_ns()
+        # Time in which this process was itself stopped, by Ctrl-Z say, is nobody's fault.
+        since_ns += max(0, now_ns - self._alarm_ns - 2 * self._every_ns)
+        self._seen, self._alarm_ns = (progress, since_ns), now_ns
         if progress != self._progress:
             self._seen = (self._progress, now_ns)
             return
@@ -101,4 +116,7 @@ class Watch:
         if self._limit_s is not None and now_ns - since_ns > self._limit_s * 1e9:
             missing = self._blame(now_ns - since_ns > 2 * self._limit_s * 1e9)
             if missing is not None:
-                raise StalledError(f"no progress for {self._limit_s:g} s, waiting for {missing}")
+                raise StalledError(
+                    f"no progress for {self._limit_s:g} s, waiting for {missing.text}",
+                    missing.culprits,
+                )

@@ -11,6 +11,7 @@ from zenvoy.bus.clock import pause
 from zenvoy.bus.connection import Connection, Wiring
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import Topic
+from zenvoy.bus.watch import Blame
 
 _WARY_STEPS: Final = 100  # after the last message that was refused
 _MOST_ROUNDS: Final = 1_000  # of emptying queues that fill again, before it looks at its own one
@@ -105,11 +106,12 @@ class ZenohBus(Connection):
         """Messages of a topic that may wait to be read."""
         return 8 * len(self._wiring.vehicles) + 64
 
-    def _blame(self, in_any_case: bool) -> str | None:
+    def _blame(self, in_any_case: bool) -> Blame | None:
         """What is missing, or None where it is the world that keeps this process waiting."""
         if self._barrier is None:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):
             return None
-        return self._mailbox.describe_missing(self._barrier)
+        culprits = dict.fromkeys(self._process(topic.writer, one) for topic, one in missing)
+        return Blame(self._mailbox.describe_missing(self._barrier), tuple(culprits))

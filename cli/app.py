@@ -159,7 +159,7 @@ def vehicle(
         ),
     ] = None,
     timeout_s: Annotated[
-        float, typer.Option(min=0.1, help="How long to wait for the run to answer, s.")
+        float, typer.Option(help="How long to wait for the run to answer, s [0.1 to 86400].")
     ] = 10.0,
 ) -> None:
     """Join a run in place of a vehicle that is missing."""

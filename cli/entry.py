@@ -12,7 +12,7 @@ import sys
 from types import FrameType
 from typing import NoReturn
 
-_INTERRUPTED = 130
+_FAILED, _INTERRUPTED = 1, 130
 
 
 def main() -> NoReturn:
@@ -23,6 +23,7 @@ def main() -> NoReturn:
 
     streams.fill_closed()
     streams.install()
+    _require_memory()
     from zenvoy.cli.app import app
     from zenvoy.cli.usage import outcome
 
@@ -35,6 +36,16 @@ def main() -> NoReturn:
 
 
 _REQUESTS_TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def _require_memory() -> None:
+    from zenvoy.cli.limits import LimitError, require_memory
+
+    try:
+        require_memory()
+    except LimitError as error:
+        print(error, file=sys.stderr, flush=True)
+        os._exit(_FAILED)
 
 
 def _leave_on_request() -> None:

@@ -17,6 +17,7 @@ from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.channel.process import run_channel
 from zenvoy.cli.guests import Meeting
+from zenvoy.cli.sockets import make_private
 from zenvoy.cli.spawn import Program
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.process import run_host, run_vehicle
@@ -75,11 +76,19 @@ def process_table(
         row(
             name="world",
             main=partial(
-                _tidied, sockets, run_world, scenario, labels, log, world_wiring, on_clock
+                _tidied,
+                os.getpid(),
+                sockets,
+                run_world,
+                scenario,
+                labels,
+                log,
+                world_wiring,
+                on_clock,
             ),
             on_orphaned=signal.SIGTERM,  # it ends the log first
         ),
-        row(name="channel", main=partial(run_channel, scenario, channel_wiring)),
+        row(name="channel", main=partial(_in_private, sockets, scenario, channel_wiring)),
         *(
             row(name=host.name, main=_of(host, scenario, wiring), essential=not live)
             for host in placed
@@ -93,10 +102,15 @@ def _of(host: Host, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
     return partial(run_vehicle, scenario, host.vehicles[0], wiring)
 
 
-def _tidied(sockets: Path, main: Callable[..., None], *arguments: object) -> None:
+def _in_private(sockets: Path, scenario: Scenario, wiring: Wiring) -> None:
+    make_private(sockets)
+    run_channel(scenario, wiring)
+
+
+def _tidied(parent: int, sockets: Path, main: Callable[..., None], *arguments: object) -> None:
     """Run `main`; if the parent has been killed meanwhile, do away with its folder of sockets."""
-    parent = os.getppid()
     try:
+        make_private(sockets)
         main(*arguments)
     finally:
         if os.getppid() != parent:

@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+from pydantic import AfterValidator, Field, StringConstraints, TypeAdapter, ValidationError
+
+from zenvoy.bus.topics import plain_name
+from zenvoy.cli.process_id import ProcessId
 
 FILE: Final = "connect.json"
+_MOST_BYTES: Final = 65_536
+# What ends an endpoint's address to Zenoh is no part of one.
+_ENDPOINT: Final = re.compile(
+    r"tcp/(\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<host>[\w.-]+)):(?P<port>[0-9]{1,5})", re.ASCII
+)
+Endpoint = Annotated[str, StringConstraints(min_length=1, max_length=1_000)]
 
 
 class GuestsError(Exception):
@@ -32,11 +45,15 @@ NO_GUESTS: Final = Guests()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meeting:
-    """Where a run is met: its name, and the endpoints of its world and of its channel."""
+    """Where a run is met: its name, and the endpoints of its world and of its channel.
 
-    run: str
-    world: tuple[str, ...]
-    channel: tuple[str, ...]
+    `command` is the process that leads it, where it is known.
+    """
+
+    run: Annotated[str, AfterValidator(plain_name)]
+    world: Annotated[tuple[Endpoint, ...], Field(min_length=1)]
+    channel: Annotated[tuple[Endpoint, ...], Field(min_length=1)]
+    command: ProcessId | None = None
 
     def write(self, folder: Path) -> None:
         """Leave it in the folder of the run."""
@@ -55,23 +72,24 @@ def guests(without: Sequence[int], listen: Sequence[str], size: int) -> Guests:
             raise GuestsError(
                 f"--without {vehicle}: is not in [1, {size}], the vehicles of fleet.size ({size})"
             )
-    for endpoint in listen:
-        host, port = _address(endpoint)
-        for number in (port, port + 1):
-            try:
-                with socket.create_server((host, number), family=_family(host)):
-                    pass
-            except OSError as error:
-                why = error.strerror or str(error)
-                raise GuestsError(f"--listen {endpoint}: port {number}: {why}") from error
+    with ExitStack() as held:  # all at once, or the same port would be free twice
+        for endpoint in listen:
+            host, port = _address(endpoint)
+            for number in (port, port + 1):
+                try:
+                    held.enter_context(socket.create_server((host, number), family=_family(host)))
+                except OSError as error:
+                    why = error.strerror or str(error)
+                    raise GuestsError(f"--listen {endpoint}: port {number}: {why}") from error
     return Guests(without=frozenset(without), listen=tuple(listen))
 
 
 def meeting(run: str, sockets: Path, listen: Sequence[str]) -> Meeting:
-    """Where a run listens: on Unix sockets in a folder of its own, and where it was asked to."""
+    """Where a run of this process listens: on Unix sockets in a folder, and where it was asked."""
     beside = [_address(endpoint) for endpoint in listen]
     return Meeting(
         run=run,
+        command=ProcessId.own(),
         world=(f"unixsock-stream/{sockets / 'world'}", *listen),
         channel=(
             f"unixsock-stream/{sockets / 'channel'}",
@@ -83,27 +101,35 @@ def meeting(run: str, sockets: Path, listen: Sequence[str]) -> Meeting:
 def read_meeting(folder: Path) -> Meeting:
     """What a run under way has left in its folder; raises GuestsError."""
     path = folder / FILE
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        return Meeting(run=told["run"], world=tuple(told["world"]), channel=tuple(told["channel"]))
-    except OSError as error:
+    if not path.is_file():
         raise GuestsError(
             f"--run {folder}: has no {FILE}; name the folder of a run under way, or say --connect"
+        )
+    try:
+        with path.open("rb") as file:
+            told = _MEETING.validate_json(file.read(_MOST_BYTES))
+    except OSError as error:
+        raise GuestsError(f"--run {folder}: {FILE}: {error.strerror}") from error
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        what = ": ".join((*(str(part) for part in first["loc"]), first["msg"]))
+        raise GuestsError(
+            f"--run {folder}: {FILE} does not say where to connect to: {what}"
         ) from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise GuestsError(f"--run {folder}: {FILE} does not say where to connect to") from error
+    if told.command is not None and told.command.has_ended:
+        raise GuestsError(f"--run {folder}: the run is over; {FILE} is left of one that was killed")
+    return told
 
 
 def _address(endpoint: str) -> tuple[str, int]:
     """Host and port of a TCP endpoint; raises GuestsError."""
-    protocol, _, address = endpoint.partition("/")
-    host, _, port = address.rpartition(":")
-    host = host.removeprefix("[").removesuffix("]")
-    if protocol != "tcp" or not host or not port.isdecimal() or not 1 <= int(port) < 65_535:
+    found = _ENDPOINT.fullmatch(endpoint)
+    if found is None or not 1 <= int(found["port"]) < 65_535:
         raise GuestsError(
-            f"--listen {endpoint}: is not tcp/<host>:<port> with a port in [1, 65534]"
+            f"--listen {endpoint}: is not tcp/<host>:<port> with a port in [1, 65534]; "
+            "an IPv6 address stands in brackets"
         )
-    return host, int(port)
+    return found["six"] or found["host"], int(found["port"])
 
 
 def _bracketed(host: str) -> str:
@@ -112,3 +138,6 @@ def _bracketed(host: str) -> str:
 
 def _family(host: str) -> socket.AddressFamily:
     return socket.AF_INET6 if ":" in host else socket.AF_INET
+
+
+_MEETING: Final = TypeAdapter(Meeting)

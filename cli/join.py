@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import zenoh
 from pydantic import ValidationError
@@ -16,12 +17,15 @@ from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import BusError, NoAnswerError, StalledError, StoppedError
 from zenvoy.bus.joining import ask, at_end
 from zenvoy.bus.session import prefer_latency, prefer_throughput
-from zenvoy.bus.topics import vehicle_name
+from zenvoy.bus.topics import plain_name, vehicle_name
 from zenvoy.cli.guests import GuestsError, read_meeting
 from zenvoy.cli.terminal import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_PROCESS_LOST
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.knowledge import prepare
 from zenvoy.vehicles.process import run_vehicle
+
+_SHORTEST_S: Final = 0.1
+_LONGEST_S: Final = 86_400
 
 
 class JoinError(Exception):
@@ -40,6 +44,9 @@ def join(
 
     The session may still be open afterwards, for closing it may wait for a peer that is frozen.
     """
+    if not _SHORTEST_S <= limit_s <= _LONGEST_S:  # NaN is neither below nor above
+        errors.print(f"--timeout-s {limit_s:g}: is not in [{_SHORTEST_S}, {_LONGEST_S}]")
+        return EXIT_BAD_INPUT
     try:
         run, endpoints = _where(run, connect)
         scenario = _scenario(vehicle, run, endpoints, limit_s)
@@ -51,7 +58,10 @@ def join(
 
 def _where(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     if connect:
-        return run, tuple(connect)
+        try:
+            return plain_name(run), tuple(connect)
+        except ValueError as error:
+            raise JoinError(f"--run: {error}") from error
     meeting = read_meeting(Path(run))
     return meeting.run, meeting.connect
 

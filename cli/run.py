@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,12 +15,16 @@ from zenvoy.analysis.files import utf8
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
 from zenvoy.bus.clock import stamp, wall_ns
+from zenvoy.bus.hosts import hosts
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.channel.agent import ChannelAgent
+from zenvoy.cli.ends import Death
 from zenvoy.cli.fleet import clock_to, process_table
 from zenvoy.cli.guests import FILE, NO_GUESTS, Guests, meeting
+from zenvoy.cli.limits import require_room_for
 from zenvoy.cli.progress import RunProgress
-from zenvoy.cli.supervisor import Death, Supervisor
+from zenvoy.cli.sockets import socket_folder
+from zenvoy.cli.supervisor import Supervisor
 from zenvoy.scenarios import Loaded, MultiNode, Scenario, effective_json, roster
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.knowledge import prepare
@@ -100,16 +103,19 @@ def run_on_zenoh(
 ) -> Death | None:
     """Run world, channel and vehicles as processes; the untimely death that ended it, if any.
 
-    `per_process` vehicles share a process.
+    Its code is 0 where who died had done its part, and the run is complete. `per_process` vehicles
+    share a process. Raises OSError where the system has no room for the run.
 
     In real time the run goes on without a vehicle: its death is told to `on_loss`. While it runs,
     its folder says where `guests` and others connect to.
     """
-    read_fd, write_fd = os.pipe()
-    # Socket paths are short by law (108 bytes), folders of runs are not.
-    sockets = Path(tempfile.mkdtemp(prefix="zenvoy-"))
+    size = loaded.scenario.fleet.size
+    require_room_for(len(hosts(size, per_process, guests.without)) + 2)
+    sockets = socket_folder()  # paths of sockets are short by law, those of runs are not
     labels = labels_of(loaded, "zenoh", per_process)
     met = meeting(labels.run, sockets, guests.listen)
+    _rehearse(loaded.scenario)
+    read_fd, write_fd = os.pipe()
     try:
         table = process_table(
             loaded.scenario,
@@ -122,9 +128,10 @@ def run_on_zenoh(
             per_process,
         )
         met.write(folder)
-        _rehearse(loaded.scenario)
-        with Supervisor(table, folder / "logs") as supervisor:
-            return supervisor.watch(read_fd, progress.feed, on_loss)
+        supervisor = Supervisor(table, folder / "logs", loaded.scenario.stall_limit_s)
+        with supervisor:
+            death = supervisor.watch(read_fd, progress.feed, on_loss)
+        return death._replace(code=0) if death and supervisor.completed else death
     finally:
         os.close(read_fd)
         os.close(write_fd)

@@ -12,7 +12,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NoReturn
@@ -21,9 +21,9 @@ from setproctitle import setproctitle
 
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.bus.session import prefer_throughput
+from zenvoy.cli.ends import DONE, EXHAUSTED, STALLED, STOPPED, Tell, last_words, want_of
 
 _PR_SET_PDEATHSIG: Final = 1
-EXIT_STALLED: Final = 4
 _REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -71,10 +71,11 @@ def requests_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def spawn(program: Program, log: Path) -> Child:
-    """Start a program in a child process; its output and errors go to `log`.
+def spawn(program: Program, log: Path, tell: Tell) -> Child:
+    """Start a program in a child process; its output and errors go to `log`, last words to `tell`.
 
-    To be called with requests to end held; the child holds none.
+    To be called with requests to end held. The child holds SIGTERM until its program lets it come:
+    a request that comes before is heard then.
     """
     parent = os.getpid()
     sys.stdout.flush()
@@ -82,41 +83,59 @@ def spawn(program: Program, log: Path) -> Child:
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     pid = os.fork()
     if pid == 0:
-        _be_child(program, file, parent)
+        _be_child(program, file, parent, tell)
     os.close(file)  # its number is free for the next one, whatever the limit
     return Child(program=program, pid=pid, pidfd=os.pidfd_open(pid), log=log)
 
 
-def _be_child(program: Program, log: int, parent: int) -> NoReturn:
+def _be_child(program: Program, log: int, parent: int, tell: Tell) -> NoReturn:
     """Run the program and leave without a return into the parent's frames."""
     code = 1
     try:
-        die_with(parent, program.on_orphaned)
-        for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
-            signal.signal(number, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _REQUESTS_TO_END)
-        os.dup2(log, 1)
-        os.dup2(log, 2)
-        setproctitle(f"zenvoy {program.name} {program.run}")
+        code = _run(program, log, parent, tell)
+    except BaseException:  # noqa: BLE001  # whatever it is, it belongs into this child's log
+        with suppress(OSError):
+            traceback.print_exc()
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError):  # its disk may be full
+                stream.flush()
+        os._exit(code)
+
+
+def _run(program: Program, log: int, parent: int, tell: Tell) -> int:
+    """Run the program in this child; its exit status, or whatever error is one of its own."""
+    for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGHUP))
+    die_with(parent, program.on_orphaned)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    # Whatever they were in the parent; and a log is in UTF-8 whatever the locale.
+    sys.stdout = sys.stderr = open(  # noqa: SIM115  # for as long as the process lives
+        2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
+    )
+    setproctitle(f"zenvoy {program.name} {program.run}")
+    try:
         program.prefer()
         program.main()
-        code = 0
     except StoppedError:
-        code = 0
+        return STOPPED
     except StalledError as error:
-        print(f"{program.name}: {error}", file=sys.stderr)
-        code = EXIT_STALLED
-    except BaseException:  # noqa: BLE001  # whatever it is, it belongs into this child's log
-        traceback.print_exc()
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
+        tell(last_words(program.name, str(error), error.culprits))
+        return STALLED
+    except BaseException as error:
+        want = want_of(error)
+        if want is None:
+            raise
+        tell(last_words(program.name, want))
+        return EXHAUSTED
+    return DONE
 
 
 def die_with(parent: int, number: signal.Signals) -> None:
     """Have the kernel send `number` when the parent dies, even by kill -9."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
     if os.getppid() != parent:  # it died before the request
-        os._exit(1)
+        os.kill(os.getpid(), number)

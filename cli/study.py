@@ -9,7 +9,7 @@ import os
 import shutil
 import signal
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -92,7 +92,7 @@ class Study:
                 for folder, cell in missing.items()
             }
             for count, future in enumerate(as_completed(futures), start=1):
-                future.result()
+                _result(future, futures[future])
                 self._tell_done(futures[future], count, len(missing))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -129,14 +129,24 @@ def _make(cell: Cell, folder: Path, bus: str) -> None:
     progress = RunProgress(Console(quiet=True), loaded.name, loaded.scenario.duration_s)
     if bus == "zenoh":
         death = run_on_zenoh(loaded, folder, progress)
-        if death is not None:
-            raise StudyError(f"{cell.scenario}, seed {cell.seed}: {death.name} {death.status}")
+        if death is not None and death.code:
+            raise StudyError(f"{cell.scenario}, seed {cell.seed}: {death}")
     else:
         run_in_process(loaded, folder, progress)
     log = folder / "run.mcap"
     digest(load_log(log)).save(folder / _DIGEST)
     log.unlink()
     shutil.rmtree(folder / "logs")
+
+
+def _result(future: Future[None], cell: Cell) -> None:
+    """Wait for a run to be over; raises what it raised, and StudyError where its process died."""
+    try:
+        future.result()
+    except BrokenExecutor as error:
+        raise StudyError(
+            f"{cell.scenario}, seed {cell.seed}: a process of the study died"
+        ) from error
 
 
 def _be_worker(parent: int) -> None:

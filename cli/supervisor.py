@@ -7,45 +7,57 @@ import os
 import selectors
 import signal
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from zenvoy.bus.clock import wall_ns
+from zenvoy.cli.ends import (
+    DONE,
+    EXHAUSTED,
+    EXIT_FAILED,
+    STALLED,
+    STOPPED,
+    Death,
+    LastWords,
+    WordsPipe,
+)
+from zenvoy.cli.frozen import Frozen
 from zenvoy.cli.spawn import Child, Program, requests_held, spawn
 
 _PATIENCE_S: Final = 7.0  # for the log to be ended; its process gives itself 5 s
+_LOOK_S: Final = 0.5  # how often to look for processes that are frozen
 _TAIL_LINES: Final = 15
-
-
-@dataclass(frozen=True, slots=True)
-class Death:
-    """A child that ended otherwise than it should."""
-
-    name: str
-    status: str
-    tail: list[str] = field(default_factory=list)
+_NO_MEMORY: Final = "memory allocation of "  # Zenoh's last words before it aborts
+_FROZEN: Final = "stalled: a signal or a debugger has stopped it"
 
 
 class Supervisor:
     """Runs programs until the first of them, which leads, has ended.
 
-    Use as a context: leaving it leaves no child behind.
+    Any program that ends before is dead, however it ended, unless it says that it is done. So is
+    one that has been frozen for `stall_limit_s`. Use as a context: leaving it leaves no child
+    behind, and `completed` says whether the leader had done its work by then.
     """
 
-    def __init__(self, programs: Sequence[Program], logs: Path) -> None:
+    def __init__(self, programs: Sequence[Program], logs: Path, stall_limit_s: float) -> None:
         self._programs = programs
         self._logs = logs
         self._children: dict[int, Child] = {}
         self._selector = selectors.DefaultSelector()
+        self._words = WordsPipe()
+        self._frozen = Frozen(stall_limit_s)
+        self._looked_ns = 0
+        self.completed = False
 
     def __enter__(self) -> Supervisor:
+        # Whoever started this process may have it ignored, and then no child could be waited for.
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
         gc.collect()
         gc.freeze()  # so that no child copies pages just to look for garbage
         try:
             for program in self._programs:
                 with requests_held():
-                    child = spawn(program, self._logs / f"{program.name}.log")
+                    child = spawn(program, self._logs / f"{program.name}.log", self._words.tell)
                     self._children[child.pidfd] = child
                     self._selector.register(child.pidfd, selectors.EVENT_READ)
         except BaseException:
@@ -58,6 +70,7 @@ class Supervisor:
     def __exit__(self, *_: object) -> None:
         self._end_all()
         self._selector.close()
+        self._words.close()
 
     def watch(
         self, pipe: int, on_data: Callable[[bytes], None], on_loss: Callable[[Death], None]
@@ -65,40 +78,81 @@ class Supervisor:
         """Pass on what comes down the pipe until the leader ends.
 
         The first untimely death ends the watch and is returned, but for those of programs that are
-        not essential: they go to `on_loss`.
+        not essential: they go to `on_loss`. Before anything has come, all are essential.
         """
+        begun = False
         self._selector.register(pipe, selectors.EVENT_READ)
-        leader = next(iter(self._children))
         try:
             while True:
-                ready = [key.fd for key, _ in self._selector.select()]
+                ready = [key.fd for key, _ in self._selector.select(_LOOK_S)]
                 if pipe in ready:
                     data = os.read(pipe, 65_536)
+                    begun = True
                     if data:
                         on_data(data)
                     else:
                         self._selector.unregister(pipe)
-                ended = [(self._children[fd], self._reap(fd)) for fd in ready if fd != pipe]
-                for child, status in ended:
-                    if status == "exit status 0":
-                        continue
-                    death = Death(child.program.name, status, _tail(child.log))
-                    if child.program.essential:
+                deaths = self._deaths([fd for fd in ready if fd != pipe])
+                if self.completed:
+                    return None
+                for child, death in [*deaths, *self._stalled()]:
+                    if child.program.essential or not begun:
                         return death
                     on_loss(death)
-                if leader not in self._children:
-                    return None
         finally:
             if pipe in self._selector.get_map():
                 self._selector.unregister(pipe)
 
-    def _reap(self, pidfd: int) -> str:
+    def _deaths(self, pidfds: Sequence[int]) -> list[tuple[Child, Death]]:
+        """Untimely deaths among children that have ended; those who waited in vain come last."""
+        ended = [(self._children[fd], self._reap(fd)) for fd in pidfds]
+        ended.sort(key=lambda one: one[1] == STALLED)
+        return [(child, self._death(child, code)) for child, code in ended if code != DONE]
+
+    def _death(self, child: Child, code: int) -> Death:
+        """What became of a child that ended with a code, or by a signal (below 0)."""
+        name, tail = child.program.name, _tail(child.log)
+        words = self._words.of(name)
+        if code == -signal.SIGABRT and any(_NO_MEMORY in line for line in tail):
+            return Death(name, "cannot go on: out of memory (ulimit -v)", (), EXIT_FAILED)
+        if code < 0:
+            return Death(name, f"died: killed by {signal.Signals(-code).name}", tail)
+        if code == STOPPED:
+            return Death(name, "died: ended by SIGTERM", tail)
+        if code == EXHAUSTED and words is not None:
+            return Death(name, f"cannot go on: {words.text}", tail, EXIT_FAILED)
+        if code == STALLED and words is not None:
+            return self._blame(words, tail)
+        return Death(name, f"died: exit status {code}", tail)
+
+    def _blame(self, words: LastWords, tail: tuple[str, ...]) -> Death:
+        """Whoever kept a process waiting: who is frozen, or else who it says it has waited for."""
+        self._frozen.look(self._children.values(), wall_ns())
+        frozen = self._frozen.names
+        if frozen:
+            return Death(frozen[0], _FROZEN)
+        if not words.culprits:
+            return Death(words.name, f"stalled: {words.text}", tail)
+        others = f" and {len(words.culprits) - 1} more" if len(words.culprits) > 1 else ""
+        return Death(f"{words.culprits[0]}{others}", f"stalled: {words.name} has made {words.text}")
+
+    def _stalled(self) -> list[tuple[Child, Death]]:
+        """Children that have just been frozen for the stall limit."""
+        now_ns = wall_ns()
+        if now_ns - self._looked_ns < _LOOK_S * 1e9:
+            return []
+        self._looked_ns = now_ns
+        self._frozen.look(self._children.values(), now_ns)
+        return [(child, Death(child.program.name, _FROZEN)) for child in self._frozen.due(now_ns)]
+
+    def _reap(self, pidfd: int) -> int:
         child = self._children.pop(pidfd)
         _, status = os.waitpid(child.pid, 0)
         self._selector.unregister(pidfd)
         os.close(pidfd)
         code = os.waitstatus_to_exitcode(status)
-        return f"exit status {code}" if code >= 0 else f"killed by {signal.Signals(-code).name}"
+        self.completed |= code == DONE and child.program is self._programs[0]
+        return code
 
     def _end_all(self) -> None:
         """Let the leader end the log while the others are still there, then end the others."""
@@ -127,8 +181,8 @@ class Supervisor:
                     self._reap(key.fd)
 
 
-def _tail(log: Path) -> list[str]:
+def _tail(log: Path) -> tuple[str, ...]:
     try:
-        return log.read_text(encoding="utf-8", errors="replace").splitlines()[-_TAIL_LINES:]
+        return tuple(log.read_text("utf-8", errors="replace").splitlines()[-_TAIL_LINES:])
     except OSError:
-        return []
+        return ()

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import random
+import signal
 import sys
 import tempfile
 from collections import deque
@@ -29,11 +30,12 @@ from zenvoy.bus.hosts import Host, hosts, pack, unpack
 from zenvoy.bus.mailbox import WINDOW
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import BEACON, CLOCK, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.cli.ends import Death
 from zenvoy.cli.fleet import process_table
 from zenvoy.cli.guests import meeting
 from zenvoy.cli.run import labels_of, make_folder
 from zenvoy.cli.spawn import Program
-from zenvoy.cli.supervisor import Death, Supervisor
+from zenvoy.cli.supervisor import Supervisor
 from zenvoy.scenarios import load
 from zenvoy.vehicles.process import run_host, run_vehicle
 
@@ -263,6 +265,7 @@ def attack(
     can that does not read.
     """
     listen, connect = links
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
     with open_session([listen], connect, live=live) as session:
         ticks = session.declare_subscriber(CLOCK.key(run), zenoh.handlers.RingChannel(1))
         topics = streams(run, size)
@@ -324,7 +327,7 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
         )
         programs = [*(_within_reach(program, here) for program in table), attacker]
         read_fd, write_fd = os.pipe()
-        with Supervisor(programs, folder / "logs") as supervisor:
+        with Supervisor(programs, folder / "logs", loaded.scenario.stall_limit_s) as supervisor:
             death = supervisor.watch(read_fd, lambda _: None, deaths.append)
         os.close(read_fd)
         os.close(write_fd)
@@ -345,5 +348,5 @@ def _within_reach(program: Program, attacker: str) -> Program:
 if __name__ == "__main__":
     ended = main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]))
     for one in ended:
-        print(one.name, one.status, *one.tail, sep="\n", file=sys.stderr)
+        print(one, *one.tail, sep="\n", file=sys.stderr)
     sys.exit(bool(ended))

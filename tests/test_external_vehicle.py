@@ -278,11 +278,13 @@ def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
         ),
         (
             ("--listen", "127.0.0.1:7447"),
-            "--listen 127.0.0.1:7447: is not tcp/<host>:<port> with a port in [1, 65534]",
+            "--listen 127.0.0.1:7447: is not tcp/<host>:<port> with a port in [1, 65534]; "
+            "an IPv6 address stands in brackets",
         ),
         (
             ("--listen", "tcp/127.0.0.1:65535"),
-            "--listen tcp/127.0.0.1:65535: is not tcp/<host>:<port> with a port in [1, 65534]",
+            "--listen tcp/127.0.0.1:65535: is not tcp/<host>:<port> with a port in [1, 65534]; "
+            "an IPv6 address stands in brackets",
         ),
     ],
 )

@@ -78,7 +78,14 @@ class LiveWorld:
         self._commands: dict[int, dict[int, _Came]] = {}  # by cycle and vehicle
         self._frames: dict[int, list[Columns]] = {}
         self._over: _Over | None = None  # what is to be told next
+        self._linked_ns = 0  # when the channel last told of a cycle
+        self._commanded_ns = 0  # when a vehicle last sent a command
         self.overruns = 0
+
+    @property
+    def channel_silent_ns(self) -> int:
+        """How long vehicles have sent commands, and so beacons, while the channel told of none."""
+        return self._commanded_ns - self._linked_ns
 
     def start(self, wall_start_ns: int) -> None:
         """Say when time 0 is, for the vehicles and the channel to know."""
@@ -109,7 +116,9 @@ class LiveWorld:
         cycle = post.message.cycle
         told = self._cycle - self._lag
         if post.topic is LINKS:
+            self._linked_ns = post.came_ns
             return told <= cycle < self._cycle and self._keep(cycle, post.message.frames)
+        self._commanded_ns = post.came_ns
         command: pb.Command = post.message
         if not self._newest[post.vehicle] < cycle < self._cycle:
             return False

@@ -10,7 +10,7 @@ import zenoh
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
-from zenvoy.bus.errors import StoppedError
+from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.bus.joining import offer
 from zenvoy.bus.live import LiveBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
@@ -28,9 +28,9 @@ def run_world(
     wiring: Wiring,
     on_clock: Callable[[pb.Clock], None],
 ) -> None:
-    """Integrate and log to the end of the run, or until asked to end; raises BusError.
+    """Integrate and log to the end of the run; raises BusError, and OSError of a full disk, say.
 
-    However it ends, the log at `path` is ended properly and says how.
+    However it ends, the log at `path` is ended properly, if that can be, and says how.
     """
     with Recorder(path, labels, wall_ns) as recorder:
         bus: ZenohBus | LiveBus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
@@ -61,9 +61,12 @@ def run_world(
                         bus.run()
                 except StoppedError:  # while the session is open: it knows who is gone
                     _end(recorder, bus.lost_processes())
+                    raise
                 recorder.close()  # closing the session may wait for a peer that is frozen
-        except StoppedError:  # before the first cycle
-            _end(recorder, [])
+        except StoppedError:
+            if recorder.end != "stopped":  # before the first cycle
+                _end(recorder, [])
+            raise
 
 
 def _run_live(
@@ -78,8 +81,10 @@ def _run_live(
     world.start(start_ns)
     recorder.start_clock(start_ns)
     lost = {vehicle_name(vehicle, scenario.fleet.size) for vehicle in absent}
+    stall_ns = round(scenario.stall_limit_s * 1e9 * scenario.speed)
 
     def notice() -> None:
+        _look_at_channel(world, stall_ns)
         for name, there in bus.comings_and_goings():
             if there != (name in lost):
                 continue  # one that is there for the first time
@@ -92,6 +97,15 @@ def _run_live(
             recorder.log(EVENTS, now_ns, event.SerializeToString())
 
     bus.run(notice)
+    # Nobody has heard the others for so long that it counts as nothing: the run is not complete.
+    _look_at_channel(world, scenario.beacon_age_limit_ns)
+
+
+def _look_at_channel(world: LiveWorld, limit_ns: int) -> None:
+    """Raise StalledError where the channel has been silent for longer than a time, ns."""
+    if world.channel_silent_ns > limit_ns:
+        silent_s = world.channel_silent_ns * 1e-9
+        raise StalledError(f"no frames for the last {silent_s:.1f} s of the run", ("channel",))
 
 
 def _end(recorder: Recorder, lost: list[str]) -> None:

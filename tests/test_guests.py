@@ -1,0 +1,161 @@
+"""Where a run is met: what it leaves for others to read, and what they make of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.conftest import Outcome, zenvoy
+from zenvoy.bus.topics import plain_name
+from zenvoy.cli.guests import FILE, GuestsError, guests, meeting, read_meeting
+from zenvoy.cli.process_id import ProcessId
+
+MET = meeting("r1", Path("/sockets"), ["tcp/127.0.0.1:7001"])
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
+    max_leaves=8,
+)
+
+
+def test_what_a_run_leaves_is_read_again(tmp_path: Path) -> None:
+    MET.write(tmp_path)
+    assert read_meeting(tmp_path) == MET
+    assert MET.world == ("unixsock-stream//sockets/world", "tcp/127.0.0.1:7001")
+    assert MET.channel == ("unixsock-stream//sockets/channel", "tcp/127.0.0.1:7002")
+
+
+def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None:
+    """Its number may have been given to another process, which started later."""
+    own = ProcessId.own()
+    replace(MET, command=replace(own, started=own.started - 1)).write(tmp_path)
+    with pytest.raises(GuestsError, match=r"the run is over; connect.json is left of one that was"):
+        read_meeting(tmp_path)
+    elsewhere = replace(MET, command=replace(own, started=1, boot="another machine's"))
+    elsewhere.write(tmp_path)
+    assert read_meeting(tmp_path) == elsewhere
+
+
+@pytest.mark.parametrize(
+    ("told", "wrong"),
+    [
+        ({"world": []}, "world: Tuple should have at least 1 item"),
+        ({"channel": [7]}, "channel: 0: Input should be a valid string"),
+        ({"world": "tcp/a:1"}, "world: Input should be a valid array"),
+        ({"run": 7}, "run: Input should be a valid string"),
+        ({"run": "**"}, "run: Value error, '\\*\\*' is no name of a run"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(tmp_path: Path, told: dict[str, Any], wrong: str) -> None:
+    good: dict[str, Any] = {"run": "r1", "world": ["tcp/a:1"], "channel": ["tcp/a:2"]}
+    (tmp_path / FILE).write_text(json.dumps(good))
+    assert read_meeting(tmp_path).run == "r1"
+    (tmp_path / FILE).write_text(json.dumps(good | told))
+    with pytest.raises(GuestsError, match=f"does not say where to connect to: {wrong}"):
+        read_meeting(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 60_000, "nothing", '{"run": NaN}', "7" * 99_999])
+def test_what_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / FILE).write_text(text)
+    with pytest.raises(GuestsError, match="does not say where to connect to"):
+        read_meeting(tmp_path)
+
+
+@given(JSON)
+def test_whatever_it_says_there_is_one_kind_of_error(
+    tmp_path_factory: pytest.TempPathFactory, told: object
+) -> None:
+    folder = tmp_path_factory.mktemp("met")
+    (folder / FILE).write_text(json.dumps(told))
+    with pytest.raises(GuestsError):
+        read_meeting(folder)
+
+
+def test_only_a_file_is_read(tmp_path: Path) -> None:
+    """A FIFO would keep its reader waiting for ever."""
+    os.mkfifo(tmp_path / FILE)
+    with pytest.raises(GuestsError, match=r"has no connect.json"):
+        read_meeting(tmp_path)
+
+
+@contextmanager
+def free_port() -> Iterator[int]:
+    """A port that nobody listens at, and neither at the next."""
+    with socket.create_server(("127.0.0.1", 0)) as held:
+        port = held.getsockname()[1]
+    yield port if port < 65_534 else port - 2
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    [
+        "tcp/127.0.0.1:٧٤٤٧",
+        "tcp/127.0.0.1:7447#a",
+        "tcp/127.0.0.1:",
+        "tcp/:7447",
+        "tcp/::1:7447",
+        "tcp/[::1:7447",
+        "tcp/a b:7447",
+        "tcp/127.0.0.1:0",
+        "tcp/127.0.0.1:999999",
+        "udp/127.0.0.1:7447",
+        "",
+    ],
+)
+def test_an_endpoint_that_is_none_is_refused(endpoint: str) -> None:
+    with pytest.raises(GuestsError, match=r"is not tcp/<host>:<port> with a port in \[1, 65534\]"):
+        guests((), [endpoint], 4)
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_ports_that_are_asked_for_twice_are_refused(shift: int) -> None:
+    """The channel listens at the next port, which may be another one's first."""
+    with free_port() as port:
+        here = [f"tcp/127.0.0.1:{port}", f"tcp/127.0.0.1:{port + shift}"]
+        with pytest.raises(GuestsError, match=f"port {port + shift}: Address already in use"):
+            guests((), here, 4)
+
+
+def refused(folder: Path, *arguments: str) -> str:
+    """What `zenvoy vehicle` says when it refuses its input."""
+    outcome: Outcome = zenvoy(folder, "vehicle", "--id", "1", *arguments)
+    assert outcome.code == 2, outcome
+    assert outcome.err.count("\n") == 1, outcome
+    return outcome.err
+
+
+@pytest.mark.parametrize("name", ["a*", "$*", "**", "", "a//b", "a#b?c", "$x", "@x", "a b", "ä"])
+def test_only_a_plain_name_becomes_a_key(name: str) -> None:
+    with pytest.raises(ValueError, match="is no name of a run; allowed: up to 100 of"):
+        plain_name(name)
+
+
+def test_a_vehicle_refuses_what_is_no_name_and_no_time(tmp_path: Path) -> None:
+    there = ("--connect", "tcp/127.0.0.1:1")
+    assert refused(tmp_path, "--run", "**", *there).startswith("--run: '**' is no name of a run")
+    for time_s in ("1e30", "nan", "0", "-1", "inf"):
+        told = refused(tmp_path, "--run", "r", "--timeout-s", time_s, *there)
+        assert told == f"--timeout-s {float(time_s):g}: is not in [0.1, 86400]\n"
+
+
+def test_ipv6_serves(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET6, socket.SOCK_STREAM) as six:
+        try:
+            six.bind(("::1", 0))
+        except OSError:
+            pytest.skip("this machine has no IPv6 on its loopback")
+        port = min(six.getsockname()[1], 65_000)
+    (tmp_path / "s.yaml").write_text("duration_s: 2\nfleet: {size: 3}")
+    outcome = zenvoy(tmp_path, "run", "s.yaml", "--out", "o", "--listen", f"tcp/[::1]:{port}")
+    assert (outcome.code, outcome.err) == (0, "")

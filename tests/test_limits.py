@@ -1,0 +1,128 @@
+"""What the system refuses ends a run with its cause, and blames nobody."""
+
+from __future__ import annotations
+
+import os
+import re
+import resource
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import command, zenvoy
+from zenvoy.cli import limits, sockets
+from zenvoy.cli.ends import want_of
+
+SHORT = """
+duration_s: 2
+fleet: {size: 3}
+"""
+
+
+def run_with(folder: Path, tmpdir: Path) -> tuple[str, list[str]]:
+    """What a run says on stderr whose TMPDIR is a folder, and what is left in that one."""
+    (folder / "s.yaml").write_text(SHORT)
+    outcome = zenvoy(folder, "run", "s.yaml", "--out", "out", env={"TMPDIR": str(tmpdir)})
+    assert outcome.code == 0, outcome
+    return outcome.err, os.listdir(tmpdir)
+
+
+@pytest.mark.parametrize("name", ["a#b", "a?b", "long-" * 30])
+def test_sockets_are_never_outside_their_folder(tmp_path: Path, name: str) -> None:
+    """To Zenoh a path ends at `#` and `?`, and to Linux one of a socket after 107 bytes."""
+    odd = tmp_path / name
+    odd.mkdir()
+    before = set(os.listdir(tmp_path))
+    assert run_with(tmp_path, odd) == ("", [])
+    assert set(os.listdir(tmp_path)) == before | {"s.yaml", "out", "stdout.txt", "stderr.txt"}
+
+
+def test_where_no_folder_serves_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sockets, "_ELSEWHERE", ())
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere#")
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    with pytest.raises(OSError, match=r"no folder for Unix sockets, .*; tried /nowhere#"):
+        sockets.socket_folder()
+
+
+def test_a_folder_that_others_may_read_is_refused(tmp_path: Path) -> None:
+    sockets.make_private(tmp_path / "own")
+    sockets.make_private(tmp_path / "own")  # the channel, after the world
+    assert (tmp_path / "own").stat().st_mode & 0o777 == 0o700
+    (tmp_path / "open").mkdir(mode=0o755)
+    with pytest.raises(FileExistsError):
+        sockets.make_private(tmp_path / "open")
+    (tmp_path / "link").symlink_to(tmp_path / "own")
+    with pytest.raises(FileExistsError):
+        sockets.make_private(tmp_path / "link")
+
+
+def test_too_few_file_descriptors_are_told_before_anything_starts(tmp_path: Path) -> None:
+    limit = (resource.RLIMIT_NOFILE, 40)
+    outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "o", limit=limit)
+    assert outcome.code == 1
+    assert outcome.err == (
+        "the run cannot go on: file descriptors are limited to 40 (ulimit -n); "
+        "22 processes need 46 each\n"
+    )
+    assert list((tmp_path / "o" / "logs").iterdir()) == []
+
+
+def test_a_soft_limit_is_raised(tmp_path: Path) -> None:
+    """40 descriptors are the default of no system, but soft limits below the need are."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (40, hard))
+        limits.require_room_for(42)
+        assert resource.getrlimit(resource.RLIMIT_NOFILE) == (66, hard)
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_too_few_processes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit does not hold for root, whom this test may be run by."""
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (100, 100))
+    with pytest.raises(limits.LimitError, match=r"limited to 100 \(ulimit -u\) with 0 there al"):
+        limits.require_room_for(10)
+
+
+def test_too_little_memory_is_told_at_once(tmp_path: Path) -> None:
+    """With 200 MB the import of scipy never ends."""
+    limit = (resource.RLIMIT_AS, 200_000 * 1024)
+    outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "o", limit=limit)
+    assert (outcome.code, outcome.err) == (
+        1,
+        "memory is limited to 200000 KiB (ulimit -v); at least 393216 KiB are needed\n",
+    )
+
+
+def test_too_little_memory_for_threads_is_told_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(SHORT)
+    limit = (resource.RLIMIT_AS, 500_000 * 1024)
+    with command(tmp_path, "run", "s.yaml", "--out", "o", limit=limit) as started:
+        outcome = started.wait()
+        assert started.left(0.0) == []
+    if outcome.code:  # with luck it is just enough
+        assert outcome.code == 1, outcome
+        cause = r"\S+ cannot go on: (no further thread can be started|out of memory|Zenoh: ).*"
+        assert re.fullmatch(cause, outcome.err.partition("\n")[0]), outcome
+    assert "Traceback" not in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (OSError(24, "Too many open files"), "Too many open files (ulimit -n)"),
+        (OSError(28, "No space left", "/a/b"), "No space left: /a/b"),
+        (OSError("no number"), "no number"),
+        (MemoryError(), "out of memory"),
+        (ValueError("a mistake"), None),
+        (RuntimeError("a mistake"), None),
+    ],
+)
+def test_what_the_system_refuses_is_known_from_mistakes(
+    error: Exception, expected: str | None
+) -> None:
+    assert want_of(error) == expected

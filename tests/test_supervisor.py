@@ -1,0 +1,125 @@
+"""However a process ends, its supervisor says which one it was and what became of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from zenvoy.bus.errors import StalledError, StoppedError
+from zenvoy.cli.ends import Death
+from zenvoy.cli.spawn import Program
+from zenvoy.cli.supervisor import Supervisor
+
+
+def wait_for_ever() -> None:
+    """Do nothing until a signal ends it."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
+    while True:
+        signal.pause()
+
+
+def fail_with(error: BaseException) -> None:
+    """Raise an error."""
+    raise error
+
+
+def watched(folder: Path, *mains: Callable[[], None], essential: bool = True) -> Death | None:
+    """The death that ends a run of a leader that waits for ever, and of others."""
+    programs = [Program(name="world", run="r", main=wait_for_ever)]
+    for number, main in enumerate(mains, start=1):
+        programs.append(
+            Program(name=f"vehicle-{number:02d}", run="r", main=main, essential=essential)
+        )
+    return death_of(folder, programs)[0]
+
+
+def death_of(folder: Path, programs: list[Program]) -> tuple[Death | None, list[Death], bool]:
+    """The death that ends a run, those that did not, and whether the leader was done."""
+    read_fd, write_fd = os.pipe()
+    losses: list[Death] = []
+    supervisor = Supervisor(programs, folder, stall_limit_s=60.0)
+    try:
+        with supervisor:
+            death = supervisor.watch(read_fd, lambda _: None, losses.append)
+    finally:
+        os.close(read_fd)
+        os.close(write_fd)
+    return death, losses, supervisor.completed
+
+
+def test_a_process_that_exits_with_0_before_its_work_is_done_has_died(tmp_path: Path) -> None:
+    death = watched(tmp_path, partial(os._exit, 0))
+    assert death is not None
+    assert (str(death), death.code) == ("vehicle-01 died: exit status 0", 3)
+
+
+def test_an_error_of_its_own_is_shown_with_the_tail_of_its_log(tmp_path: Path) -> None:
+    death = watched(tmp_path, partial(fail_with, ValueError("a mistake")))
+    assert death is not None
+    assert (str(death), death.code) == ("vehicle-01 died: exit status 1", 3)
+    assert death.tail[-1] == "ValueError: a mistake"
+
+
+def test_what_the_system_refuses_is_told_in_a_line(tmp_path: Path) -> None:
+    error = OSError(28, "No space left on device", "/disk/run.mcap")
+    death = watched(tmp_path, partial(fail_with, error))
+    expected = "vehicle-01 cannot go on: No space left on device: /disk/run.mcap"
+    assert death == Death("vehicle-01", expected.partition(" ")[2], (), 1)
+
+
+def test_a_process_that_is_asked_to_end_by_somebody_else_has_died(tmp_path: Path) -> None:
+    death = watched(tmp_path, partial(fail_with, StoppedError("asked to end")))
+    assert str(death) == "vehicle-01 died: ended by SIGTERM"
+
+
+def test_whoever_is_waited_for_is_blamed(tmp_path: Path) -> None:
+    error = StalledError("no progress for 5 s, waiting for beacon of vehicle 2", ("vehicle-02",))
+    death = watched(tmp_path, partial(fail_with, error), wait_for_ever)
+    assert str(death) == (
+        "vehicle-02 stalled: vehicle-01 has made no progress for 5 s, "
+        "waiting for beacon of vehicle 2"
+    )
+
+
+def test_whoever_died_is_blamed_before_those_who_wait(tmp_path: Path) -> None:
+    """Both are there to be seen at once: the supervisor looks when both have ended."""
+    waits = partial(fail_with, StalledError("no progress", ("vehicle-03",)))
+    programs = [
+        Program(name="world", run="r", main=wait_for_ever),
+        Program(name="vehicle-01", run="r", main=waits),
+        Program(name="vehicle-02", run="r", main=partial(os._exit, 7)),
+    ]
+    read_fd, write_fd = os.pipe()
+    with Supervisor(programs, tmp_path, stall_limit_s=60.0) as supervisor:
+        for child in list(supervisor._children.values())[1:]:
+            os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+        death = supervisor.watch(read_fd, lambda _: None, lambda _: None)
+    os.close(read_fd)
+    os.close(write_fd)
+    assert str(death) == "vehicle-02 died: exit status 7"
+
+
+def test_when_the_leader_is_done_nobody_has_died(tmp_path: Path) -> None:
+    programs = [
+        Program(name="world", run="r", main=lambda: None),
+        Program(name="vehicle-01", run="r", main=wait_for_ever),
+    ]
+    assert death_of(tmp_path, programs) == (None, [], True)
+
+
+def test_a_run_that_has_not_begun_needs_everybody(tmp_path: Path) -> None:
+    """In real time a fleet goes on without a vehicle, but it does not begin without one."""
+    death = watched(tmp_path, partial(os._exit, 7), essential=False)
+    assert str(death) == "vehicle-01 died: exit status 7"
+
+
+def test_a_parent_that_ignores_the_end_of_children_changes_nothing(tmp_path: Path) -> None:
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        death = watched(tmp_path, partial(os._exit, 7))
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+    assert str(death) == "vehicle-01 died: exit status 7"
