@@ -12,31 +12,30 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.run_theory import NoTheoryError, Theory, theory_of
 from zenvoy.analysis.spans import Disturbance, disturbances
 from zenvoy.analysis.stability import Arrivals, Norms, arrivals, norms
+from zenvoy.analysis.stretches import Stretch, main_stretch, stretches
 from zenvoy.analysis.theory_chain import follow, is_stable
-from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
 
 _FEWEST: Final = 20  # rows
 _BEFORE_S: Final = 5.0  # the speed before the disturbance is the mean over this
-_STANDS_MPS: Final = 0.1
 _NOISY: Final = 0.02  # of the disturbance
 _SHARE: Final = 0.05  # of the disturbed vehicle's dip: less is not followed
 _NOISES: Final = 5.0  # standard deviations: noise alone will hardly reach it in a minute
 _DIP_NOISES: Final = 3.0  # nor these within the seconds in which a dip is looked for
 _GONE: Final = 0.01  # of the energy
-_NEARLY: Final = 0.999  # of the limit
-_MANY: Final = 0.05  # of all vehicles
-_AFTER_S: Final = 5.0  # a hard braking may drive its neighbours to their limits, too
 _MOST: Final = 150  # vehicles: a matrix of them is solved for each frequency
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Disturbed:
-    """From the disturbance to the end of what is linear.
+    """A stretch that is linear, as a rule from the disturbance on.
 
     time_s (T,); deviation (T, n) of the speeds from that before, m/s; predicted (T, n): what
     theory says the others do when the disturbed one moves as it did, None where it says nothing.
+    from_start: the stretch begins with the disturbance. One that begins later, after a standstill,
+    does not begin at rest: then deviations are from each vehicle's mean in it, and theory, which
+    does not know in what motion it began, is not asked.
     behind, ahead: indices of the vehicles that it reaches backwards and forwards, the disturbed
     one first. Forwards it goes where some look behind; on the ring the two then meet half-way
     round. noise: standard deviation of speeds, m/s, where nothing is going on.
@@ -51,6 +50,8 @@ class Disturbed:
     ahead: NDArray[np.int64]
     noise: float
     rows: slice
+    from_start: bool
+    stretches: tuple[Stretch, ...]
     theory: Theory | None
     notes: tuple[str, ...]
 
@@ -77,6 +78,11 @@ class Disturbed:
         source = self.source
         return Norms(found.l2 / measured.l2[source], found.linf / measured.linf[source])
 
+    @property
+    def has_dip(self) -> bool:
+        """Whether there is the dip of a braking to follow."""
+        return self.disturbance.kind == "brake" and self.from_start
+
     def dips(self, deviation: Floats, order: NDArray[np.int64]) -> Arrivals:
         """Where the dip of a braking was when, along `behind` or `ahead`."""
         depth = max(0.0, -float(deviation[:, order[0]].min()))
@@ -90,11 +96,64 @@ def disturbed(run: Run) -> Disturbed | str:
     first = next(iter(disturbances(run.events)), None)
     if first is None:
         return "No vehicle was disturbed: of gains, waves and modes there is nothing to measure."
-    source = first.vehicle - 1
-    low, high, notes = _window(run, first)
-    if high - low < _FEWEST:
+    found, notes = stretches(run, first)
+    stretch = main_stretch(found)
+    if stretch is None or stretch.rows < _FEWEST:
         few = "Too little is left after the disturbance to tell what became of it."
         return " ".join([*notes, few])
+    of_stretch = _from_start if stretch.from_start else _from_motion
+    return of_stretch(run, first, stretch, tuple(found), notes)
+
+
+def _from_motion(
+    run: Run,
+    first: Disturbance,
+    stretch: Stretch,
+    found: tuple[Stretch, ...],
+    notes: list[str],
+) -> Disturbed:
+    """A stretch that begins in the middle of things."""
+    low, high, _ = stretch
+    theory, _ = _theory(run, run.time_s[low], run.time_s[high - 1])
+    behind, ahead = _orders(run, first.vehicle - 1, theory)
+    told = (
+        f"What follows is of {run.time_s[low]:g} s to {run.time_s[high - 1]:g} s. It does not "
+        "begin at rest: deviations are from each vehicle's mean speed there, and linear theory is "
+        "not asked."
+    )
+    return Disturbed(
+        disturbance=first,
+        time_s=run.time_s[low:high],
+        deviation=fluctuation(run, stretch),
+        predicted=None,
+        felt=high - low,
+        behind=behind,
+        ahead=ahead,
+        noise=0.0,
+        rows=slice(low, high),
+        from_start=False,
+        stretches=found,
+        theory=theory,
+        notes=(*notes, told),
+    )
+
+
+def fluctuation(run: Run, stretch: Stretch) -> Floats:
+    """Deviations (T, n) of speeds from each vehicle's mean over a stretch, m/s."""
+    speed = run.truth["speed"][stretch.low : stretch.high]
+    return np.asarray(speed - speed.mean(axis=0))
+
+
+def _from_start(
+    run: Run,
+    first: Disturbance,
+    stretch: Stretch,
+    found: tuple[Stretch, ...],
+    notes: list[str],
+) -> Disturbed:
+    """A stretch that begins with the disturbance, of a fleet that has settled before it."""
+    source = first.vehicle - 1
+    low, high, _ = stretch
     speed = run.truth["speed"]
     before = (run.time_s > first.start_s - _BEFORE_S) & (run.time_s <= first.start_s)
     before[max(0, low - 1)] = True  # of long periods none may lie within
@@ -127,6 +186,8 @@ def disturbed(run: Run) -> Disturbed | str:
         ahead=ahead,
         noise=noise,
         rows=slice(low, high),
+        from_start=True,
+        stretches=found,
         theory=theory,
         notes=(*notes, *told),
     )
@@ -151,43 +212,6 @@ def _orders(
     if not both:
         back, forth = (n - 1 if ring else back), 0
     return (source + np.arange(back + 1)) % n, (source - np.arange(forth + 1)) % n
-
-
-def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
-    """Rows from the disturbance to the first thing that is not linear, or not of it."""
-    time_s = run.time_s
-    ends = [(float(time_s[-1]) + 1.0, "")]
-    for event in run.events:
-        at_s = event.time_ns * 1e-9
-        if event.kind == pb.EVENT_COLLISION and at_s > first.start_s:
-            ends.append((at_s, f"a collision of vehicle {event.vehicle}"))
-        if event.kind == pb.EVENT_MODEL and at_s > first.start_s:
-            ends.append((at_s, f"the switch to {event.text}"))
-    for other in disturbances(run.events):
-        if other.vehicle != first.vehicle:
-            ends.append((other.start_s, f"the disturbance of vehicle {other.vehicle}"))
-    at_limit_s = _at_limit(run, first)
-    if at_limit_s is not None:
-        ends.append((at_limit_s, "many vehicles at their acceleration limits"))
-    stands = run.truth["speed"].min(axis=1) < _STANDS_MPS
-    standing = np.flatnonzero(stands & (time_s > first.start_s))
-    if standing.size:
-        ends.append((float(time_s[standing[0]]), "a standstill"))
-    end_s, why = min(ends)
-    low = int(np.searchsorted(time_s, first.start_s - 1e-9))
-    high = int(np.searchsorted(time_s, end_s - 1e-9))
-    notes = [f"What came after {end_s:g} s is left out: {why}."] if why else []
-    return low, high, notes
-
-
-def _at_limit(run: Run, first: Disturbance) -> float | None:
-    """When, after the disturbance, so many are at their limits for a second that it tells, s."""
-    limit = run.scenario.control.acceleration_limit_mps2 * _NEARLY
-    at_limit = (np.abs(run.truth["acceleration"]) >= limit).sum(axis=1)
-    rows = max(1, round(1.0 / (run.scenario.period_ns * 1e-9)))
-    mean = np.convolve(at_limit, np.ones(rows) / rows)[: len(at_limit)]
-    many = (mean > max(1.5, _MANY * run.vehicles)) & (run.time_s > first.end_s + _AFTER_S)
-    return float(run.time_s[np.argmax(many)]) if many.any() else None
 
 
 def _theory(run: Run, low_s: float, high_s: float) -> tuple[Theory | None, list[str]]:

@@ -69,7 +69,12 @@ def _scale(axes: Any, low: float, high: float) -> None:
 
 
 def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
-    """Vehicles (n,) whose acceleration has died out at the end of the record."""
+    """Vehicles (n,) whose acceleration has died out at the end of the record.
+
+    None of them where the record begins in the middle of things.
+    """
+    if not case.from_start:
+        return np.zeros(run.vehicles, dtype=np.bool_)
     acceleration = np.abs(_acceleration(run, case))
     last = acceleration[-max(round(1.0 / case.period_s), len(acceleration) // _LAST, 1) :]
     return np.asarray(last.max(axis=0) <= _RESTS * acceleration.max(axis=0))

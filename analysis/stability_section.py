@@ -17,7 +17,7 @@ from zenvoy.analysis.stability_pictures import (
     settled,
     wave_picture,
 )
-from zenvoy.analysis.stability_sheets import figure_sheet, mode_sheet
+from zenvoy.analysis.stability_sheets import figure_sheet, mode_sheet, stretch_sheet
 from zenvoy.analysis.stability_vehicles import vehicle_sheet
 
 _TITLE: Final = "String stability"
@@ -34,6 +34,8 @@ def stability_section(run: Run) -> Section:
     sheets = [figure_sheet(run, case, modes), vehicle_sheet(case)]
     if modes.rows:
         sheets.append(mode_sheet(modes))
+    if len(case.stretches) > 1:
+        sheets.append(stretch_sheet(run, case))
     return Section(
         title=_TITLE,
         sheets=tuple(sheets),
@@ -46,8 +48,8 @@ def _frequency_notes(run: Run, case: Disturbed) -> list[str]:
     if settled(run, case)[[*case.behind, *case.ahead]].all():
         return []
     return [
-        "Some vehicles still move (or tremble with noise) where the record ends, and a Fourier "
-        "transform would take the cut for motion: they have no gain over frequency."
+        "Some vehicles still move (or tremble with noise) where the record begins or ends, and a "
+        "Fourier transform would take the cut for motion: they have no gain over frequency."
     ]
 
 
@@ -72,7 +74,7 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
                 draw=partial(frequency_picture, run, case),
             )
         )
-    if case.disturbance.kind == "brake" and len(case.dips(case.deviation, case.behind)[0]) > 1:
+    if case.has_dip and len(case.dips(case.deviation, case.behind)[0]) > 1:
         pictures.append(
             Picture(
                 name="stability-wave",

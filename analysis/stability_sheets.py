@@ -9,13 +9,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.analysis.disturbed import Disturbed
+from zenvoy.analysis.disturbed import Disturbed, fluctuation
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.ring_modes import Modes
 from zenvoy.analysis.section import Cell, Sheet
-from zenvoy.analysis.stability import response, wave_speed
+from zenvoy.analysis.stability import norms, response, wave_speed
 from zenvoy.analysis.stability_pictures import EXCITED, followers
 from zenvoy.analysis.stability_vehicles import gains_beside, pair
+from zenvoy.analysis.stretches import Stretch
 from zenvoy.analysis.theory import FM, group_delay_s, is_string_stable, peak_gain
 from zenvoy.analysis.theory_chain import Member
 from zenvoy.analysis.theory_ring import long_wave_speed, metres_per_second
@@ -27,14 +28,15 @@ Row = tuple[Cell, ...]
 def figure_sheet(run: Run, case: Disturbed, modes: Modes) -> Sheet:
     """What there is to say in one number, measured and by theory."""
     disturbance = case.disturbance
+    theory = " Theory: linear, from the motion of the disturbed vehicle as it was."
+    theory = "" if case.predicted is None else theory
     return Sheet(
         name="stability-figures",
         title="String stability in figures",
         columns=("figure", "unit", "measured", "theory"),
         rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *_slowest(modes)),
         note=f"From {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
-        f"{disturbance.vehicle} was disturbed ({disturbance.text}). Theory of gains and dips: "
-        "linear, from the motion of the disturbed vehicle as it was.",
+        f"{disturbance.vehicle} was disturbed ({disturbance.text}).{theory}",
     )
 
 
@@ -115,7 +117,7 @@ def _measured_peak(run: Run, case: Disturbed) -> tuple[float | None, float | Non
 
 
 def _waves(run: Run, case: Disturbed) -> list[Row]:
-    if case.disturbance.kind != "brake":
+    if not case.has_dip:
         return []
     rows: list[Row] = []
     gap_m = run.scenario.fleet.gap_m
@@ -177,6 +179,41 @@ def _slowest(modes: Modes) -> list[Row]:
 
 def _half_life(rate: float) -> float | None:
     return math.log(2.0) / -rate if rate < 0.0 else None
+
+
+def stretch_sheet(run: Run, case: Disturbed) -> Sheet:
+    """A row per linear stretch: gains of the fluctuations of speed around each vehicle's mean."""
+    return Sheet(
+        name="stability-stretches",
+        title="Stretches that are linear",
+        columns=(
+            "from, s",
+            "to, s",
+            "disturbed vehicle's fluctuation, m/s",
+            f"L2 gain to vehicle {case.behind[-1] + 1}",
+            f"L∞ gain to vehicle {case.behind[-1] + 1}",
+            "largest L2 gain to the next",
+        ),
+        rows=tuple(_stretch_row(run, case, stretch) for stretch in case.stretches),
+        note="Each by itself: deviations of speed from each vehicle's mean over the stretch. The "
+        "fluctuation is their standard deviation.",
+    )
+
+
+def _stretch_row(run: Run, case: Disturbed, stretch: Stretch) -> Row:
+    found = norms(fluctuation(run, stretch), case.period_s)
+    chain = [(before, after) for before, after in pairwise(case.behind) if found.l2[before] > 0.0]
+    steps = [float(found.l2[after] / found.l2[before]) for before, after in chain]
+    last, source = case.behind[-1], case.source
+    moved = found.l2[source] > 0.0
+    return (
+        float(run.time_s[stretch.low]),
+        float(run.time_s[stretch.high - 1]),
+        float(found.l2[source] / math.sqrt(stretch.rows * case.period_s)),
+        float(found.l2[last] / found.l2[source]) if moved else None,
+        float(found.linf[last] / found.linf[source]) if moved else None,
+        max(steps, default=None),
+    )
 
 
 def mode_sheet(modes: Modes) -> Sheet:

@@ -35,10 +35,18 @@ def vehicle_sheet(case: Disturbed) -> Sheet:
             "lowest at, theory, s",
         ),
         rows=(*reversed(forwards), *backwards),
-        note="Norms of the deviation of speed from that before, over those of the disturbed "
-        "vehicle, over the time in which theory expects 99 % of their energy. Last step: over "
-        "those of the next vehicle on the way to it, where that one's stand out of the noise. "
-        "Lowest: when the dip of speed of a braking was there.",
+        note=_note(case),
+    )
+
+
+def _note(case: Disturbed) -> str:
+    base = "that before" if case.from_start else "its mean"
+    when = "" if case.predicted is None else ", over the time in which theory expects 99 % of them"
+    dip = " Lowest: when the dip of speed of the braking was there." if case.has_dip else ""
+    return (
+        f"Norms of the deviation of speed from {base}, over those of the disturbed vehicle{when}. "
+        "Last step: over those of the next vehicle on the way to it, where that one's stand out of "
+        f"the noise.{dip}"
     )
 
 
@@ -61,7 +69,7 @@ def _vehicle_rows(case: Disturbed, order: NDArray[np.int64], sign: int) -> list[
 def _dip_times(
     case: Disturbed, deviation: Floats | None, order: NDArray[np.int64]
 ) -> list[float | None]:
-    if deviation is None or case.disturbance.kind != "brake":
+    if deviation is None or not case.has_dip:
         return [None] * len(order)
     found = case.dips(deviation, order)
     times: dict[int, float] = dict(zip(found.behind.tolist(), found.time_s.tolist(), strict=True))

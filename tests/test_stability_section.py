@@ -120,6 +120,63 @@ def test_leaves_out_what_comes_after_a_crash(tmp_path: Path) -> None:
     assert sheet(section, "stability-vehicles").rows
 
 
+STOP_AND_GO = """
+duration_s: 110
+road: {type: open}
+fleet: {size: 5, gap_m: 12, speed_mps: 0}
+control: {model: FM, desired_gap_m: 25, desired_speed_mps: 12}
+events: [{type: trace, vehicle: 1, at_s: 0.1, points: [[0, 0], [5, 0], [13, 12], [35, 12], [42, 0],
+  [50, 0], [60, 15], [80, 15], [85, 5], [92, 12], [110, 12]]}]
+"""
+
+
+def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
+    path = write_log(tmp_path / "run.mcap", QUIET + STOP_AND_GO)
+    section = told(tmp_path, QUIET + STOP_AND_GO)
+    speed = load(path).truth["speed"]
+    stretches = sheet(section, "stability-stretches").rows
+    assert len(stretches) == 2
+    for start_s, end_s, size, l2, linf, step in stretches:
+        rows = speed[round(float(start_s or 0) * 10) : round(float(end_s or 0) * 10) + 1]
+        assert len(rows) >= 100
+        assert rows.min() >= 0.1
+        assert size == pytest.approx(rows[:, 0].std())
+        assert l2 == pytest.approx(rows[:, 4].std() / rows[:, 0].std())
+        assert isinstance(linf, float)
+        assert isinstance(step, float)
+    longest = max(stretches, key=lambda row: float(row[1] or 0) - float(row[0] or 0))
+    vehicles = sheet(section, "stability-vehicles").rows
+    assert [row[0] for row in vehicles] == [1, 2, 3, 4, 5]
+    assert vehicles[-1][2] == pytest.approx(longest[3])
+    assert section.notes[0].startswith("At times some vehicle stands")
+    assert f"What follows is of {longest[0]:g} s to {longest[1]:g} s." in section.notes[1]
+    assert pictures(section) == {"stability-gains"}
+
+
+def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 90\nfleet: {size: 6, speed_mps: 10, gap_m: 60}\n"
+        "control: {model: BCM, desired_speed_mps: 10}\n"
+        "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 9, deceleration_mps2: 1.2}]\n",
+    )
+    assert "What follows is of 11" in section.notes[1]
+    assert sheet(section, "stability-vehicles").rows
+    assert "stability-modes" in pictures(section)
+    assert "stability-wave" not in pictures(section)
+
+
+def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
+    section = told(
+        tmp_path,
+        QUIET + "duration_s: 20\nfleet: {size: 4, speed_mps: 0}\n"
+        "control: {model: FM, desired_speed_mps: 0}\n"
+        "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 3, deceleration_mps2: 2}]\n",
+    )
+    assert not section.sheets
+    assert "What lies between lasts for less than 10 s." in section.notes[0]
+
+
 def test_says_what_left_too_little(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5, gap_m: 6}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
