@@ -23,9 +23,10 @@ WINDOW_S: Final = 10.0  # of an error bar
 
 _MIN, _MAX = CYCLE[0], CYCLE[1]
 _MOST_BARS: Final = 40
-_LONGEST_S: Final = 100.0  # time to collision shown
+LONGEST_S: Final = 100.0  # time to collision shown
 _LEAST_SHOWN: Final = 5.0  # %, on the axis of shares
 _HEADWAY_S: Final = 5.0
+_SLOW_MPS: Final = 0.1
 
 
 def distance_bars(run: Run) -> Figure:
@@ -62,7 +63,7 @@ def collision_time(run: Run) -> Figure:
     ttc = run_time_to_collision(run)
     time_s = run.time_s
     figure, (above, below) = subplots(2, height_in=4.4, sharex=True)
-    above.semilogy(time_s, np.minimum(smallest(ttc), _LONGEST_S), color=CYCLE[0], lw=0.8)
+    above.semilogy(time_s, np.minimum(smallest(ttc), LONGEST_S), color=CYCLE[0], lw=0.8)
     highest = _LEAST_SHOWN
     for threshold_s, colour in zip(THRESHOLDS_S, (CYCLE[4], CYCLE[1]), strict=True):
         above.axhline(threshold_s, color=colour, lw=0.9, ls="--")
@@ -71,7 +72,7 @@ def collision_time(run: Run) -> Figure:
             time_s, share, color=colour, lw=0.0, label=f"below {threshold_s:g} s", rasterized=True
         )
         highest = max(highest, float(share.max()))
-    above.set_ylim(0.3, 1.2 * _LONGEST_S)
+    above.set_ylim(0.3, 1.2 * LONGEST_S)
     above.set_yticks([1.0, 10.0, 100.0], ["1", "10", "100+"])
     above.set_ylabel("smallest time\nto collision, s")
     below.set_ylabel("share of vehicles, %")
@@ -91,19 +92,32 @@ def headways(run: Run) -> Figure:
     headway = time_headway(gap, run.truth["speed"])
     known = headway[~np.isnan(headway)]
     figure, axes = subplots(height_in=2.8)
-    edges = np.linspace(0.0, _HEADWAY_S, 101)
-    weights = np.full(known.size, 100.0 / max(known.size, 1))
-    axes.hist(np.minimum(known, _HEADWAY_S), bins=edges, weights=weights, color=CYCLE[0])
     control = run.scenario.control
-    if control.desired_speed_mps > 0.0:
-        desired_s = control.desired_gap_m / control.desired_speed_mps
+    desired_s = control.desired_gap_m / max(control.desired_speed_mps, _SLOW_MPS)
+    low, high = _headway_limits(known, desired_s)
+    edges = np.linspace(low, high, 101)
+    weights = np.full(known.size, 100.0 / max(known.size, 1))
+    axes.hist(np.clip(known, low, high), bins=edges, weights=weights, color=CYCLE[0])
+    if low <= desired_s <= high:
         axes.axvline(desired_s, color=THEORY, lw=1.2, ls="--", label=f"desired: {desired_s:.2f} s")
         legend(axes)
     axes.set_axisbelow(True)
-    axes.set_xlim(0.0, _HEADWAY_S)
-    axes.set_xlabel(f"time headway, s (the last bar: {_HEADWAY_S:g} s and more)")
+    axes.set_xlim(low, high)
+    beyond = f" (the last bar: {high:g} s and more)" if (known > high).any() else ""
+    axes.set_xlabel(f"time headway, s{beyond}")
     axes.set_ylabel("share of time, %")
     return figure
+
+
+def _headway_limits(known: Floats, desired_s: float) -> tuple[float, float]:
+    """What the axis shows, s: all that there is, with the desired one, up to 5 s."""
+    shown = np.append(known, desired_s) if desired_s <= _HEADWAY_S else known
+    shown = shown[shown <= _HEADWAY_S]
+    if not shown.size:
+        return 0.0, _HEADWAY_S
+    margin = 0.1 * max(float(np.ptp(shown)), 0.5)
+    high = _HEADWAY_S if (known > _HEADWAY_S).any() else float(shown.max()) + margin
+    return max(0.0, float(shown.min()) - margin), high
 
 
 def run_time_to_collision(run: Run) -> Floats:

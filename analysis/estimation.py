@@ -23,7 +23,7 @@ from zenvoy.analysis.consistency import (
 from zenvoy.analysis.estimation_figures import draw_against_truth, draw_consistency, draw_errors
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.metrics import telling
-from zenvoy.analysis.quantities import Quantity, first_to_brake, quantities
+from zenvoy.analysis.quantities import Quantity, first_disturbed, quantities
 from zenvoy.analysis.section import Cell, Picture, Section, Sheet
 
 _TITLE: Final = "Estimation"
@@ -51,7 +51,7 @@ def estimation_section(run: Run) -> Section:
     if all(np.isnan(quantity.estimated).all() for quantity in found):
         note = "Nothing was estimated: the models of this run act on readings as they are."
         return Section(title=_TITLE, notes=(note,))
-    vehicle = first_to_brake(run)
+    vehicle = first_disturbed(run)
     return Section(
         title=_TITLE,
         sheets=(
@@ -139,9 +139,10 @@ def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Pict
         Picture(
             name="estimation-truth",
             caption=(
-                f"Own speed and gap ahead of vehicle {vehicle} over a minute: left as measured, "
-                "right as estimated, each beside the truth. RMSE and R² are those of the whole "
-                "run. The nearer the dots are to the line, the better."
+                f"Own speed and gap ahead of vehicle {vehicle} around the first disturbance, or "
+                "from the start: left as measured, right as estimated, each beside the truth. RMSE "
+                "and R² are those of the whole run. The nearer the dots are to the line, the "
+                "better."
             ),
             draw=lambda: draw_against_truth(run, found, vehicle),
         ),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.agreement import agreement
 from zenvoy.analysis.consistency import consistency
 from zenvoy.analysis.happenings import happenings
+from zenvoy.analysis.instants import around_first
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.marks import mark
 from zenvoy.analysis.metrics import telling
@@ -25,10 +26,10 @@ from zenvoy.analysis.style import (
     plain_log,
     subplots,
 )
-from zenvoy.bus import messages_pb2 as pb
 
 _WINDOW_S: Final = 60.0
-_BEFORE_S: Final = 5.0  # of it before the first braking
+_MANY: Final = 1_500  # dots or corners: more are drawn as a picture
+_BEFORE_S: Final = 5.0  # of it before the first disturbance
 # Thousands of dots or corners as a picture within the drawing: as shapes they make it megabytes.
 _BAND: Final = {"color": THEORY, "alpha": 0.25, "lw": 0, "rasterized": True}
 _DOTS: Final = {"color": ESTIMATED, "ms": 1.5, "alpha": 0.5, "rasterized": True}
@@ -45,7 +46,15 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
         true = quantity.true[:, column]
         for axis, (kind, colour, line) in zip(row, kinds, strict=True):
             values = getattr(quantity, kind)[:, column]
-            axis.plot(run.time_s[shown], values[shown], line, color=colour, ms=3, label=kind)
+            axis.plot(
+                run.time_s[shown],
+                values[shown],
+                line,
+                color=colour,
+                ms=3,
+                label=kind,
+                rasterized=shown.size > _MANY,
+            )
             axis.plot(run.time_s[shown], true[shown], color=TRUE, lw=1.0, label="true")
             axis.set_title(_told(kind, quantity, values, true))
         row[0].set_ylabel(quantity.label)
@@ -110,11 +119,10 @@ def draw_consistency(
 
 
 def _window(run: Run) -> NDArray[np.int64]:
-    """Rows of a minute around the first braking, or else from the start."""
-    starts = [event.time_ns / 1e9 for event in run.events if event.kind == pb.EVENT_BRAKE]
-    start_s = max(0.0, min(starts) - _BEFORE_S) if starts else 0.0
+    """Rows around the first disturbance, or else from the start."""
+    start_s, end_s = around_first(run, _BEFORE_S, _WINDOW_S)
     time_s = run.time_s[: run.cycles]
-    shown = np.flatnonzero((time_s >= start_s) & (time_s <= start_s + _WINDOW_S))
+    shown = np.flatnonzero((time_s >= start_s) & (time_s <= end_s))
     return shown if shown.size else np.arange(len(time_s))
 
 

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis import style
 from zenvoy.analysis.happenings import happenings
+from zenvoy.analysis.instants import around_first
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.spans import disturbances
 
-_LEAD_S: Final = 5.0  # the link is shown from so long before the braking
+_LEAD_S: Final = 5.0  # the link is shown from so long before the first disturbance
 _SPAN_S: Final = 60.0
+_MANY: Final = 1_500  # dots: as shapes they make a drawing large
 
 
 def overview(run: Run) -> Figure:
@@ -65,19 +68,19 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
 
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
-    """The gap ahead of the vehicle behind the first one that brakes, over a minute from then."""
-    brakes = [brake for brake in run.scenario.brakes if brake.at_s < run.time_s[-1]]
-    braking = min(brakes, key=lambda brake: brake.at_s) if brakes else None
-    vehicle = (braking.vehicle if braking else 1) % run.vehicles + 1
+    """The gap ahead of the vehicle behind the first one that is disturbed, around that time."""
+    first = next(iter(disturbances(run.events)), None)
+    vehicle = (first.vehicle if first else 1) % run.vehicles + 1
     if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road
         vehicle = 2
-    start_s = max(0.0, braking.at_s - _LEAD_S) if braking else 0.0
+    start_s, end_s = around_first(run, _LEAD_S, _SPAN_S)
     time_s = run.time_s[: run.cycles]
-    shown = np.flatnonzero((time_s >= start_s) & (time_s <= start_s + _SPAN_S))
+    shown = np.flatnonzero((time_s >= start_s) & (time_s <= end_s))
     if shown.size:
         time_s, column = time_s[shown], vehicle - 1
         read, estimated = run.radar["gap"][shown, column], run.estimate["ahead_gap"][shown, column]
-        axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured")
+        many = shown.size > _MANY
+        axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured", rasterized=many)
         axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
         if not np.isnan(estimated).all():  # PBCM alone estimates
             axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")

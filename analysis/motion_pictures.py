@@ -11,13 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis.happenings import happenings
-from zenvoy.analysis.instants import instants
+from zenvoy.analysis.instants import around_first, instants
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.marks import ABOVE_BARS_PT, mark
-from zenvoy.analysis.spans import disturbances
 from zenvoy.analysis.style import CYCLE, SPEED_MAP, legend, subplots, whole_numbers
 
 Floats = NDArray[np.float64]
+
+_BEFORE_S: Final = 10.0  # the first disturbance, of the part of a run that is shown
+_PART_S: Final = 90.0
 
 # More than a page can show only makes files large and drawing slow.
 _MOST_LINES: Final = 80
@@ -33,7 +35,7 @@ def space_time(run: Run) -> Figure:
     time_s, ring = run.time_s, run.scenario.ring_length_m
     figure, axes = subplots(2, height_in=6.4)
     lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), along=False)
-    _lines(axes[1], run, _window(run), along=not ring)
+    _lines(axes[1], run, around_first(run, _BEFORE_S, _PART_S), along=not ring)
     axes[0].set_ylabel("position on the ring, m" if ring else "position, m")
     axes[1].set_ylabel("position on the ring, m" if ring else "ahead of the fleet's middle, m")
     found = happenings(run)
@@ -43,13 +45,6 @@ def space_time(run: Run) -> Figure:
     axes[1].set_xlabel("time, s")
     figure.colorbar(lines, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)
     return figure
-
-
-def _window(run: Run) -> tuple[float, float]:
-    """A minute and a half around the first disturbance; from the start where there is none."""
-    first = next(iter(disturbances(run.events)), None)
-    start_s = max(0.0, first.start_s - 10.0) if first else 0.0
-    return start_s, min(start_s + 90.0, float(run.time_s[-1]))
 
 
 def _lines(axes: Any, run: Run, span: tuple[float, float], *, along: bool) -> LineCollection:

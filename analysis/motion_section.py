@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from zenvoy.analysis.distance_pictures import (
+    LONGEST_S,
     THRESHOLDS_S,
     WINDOW_S,
     collision_time,
@@ -167,10 +168,9 @@ def _pictures(run: Run) -> list[Picture]:
     pictures = [
         Picture(
             name="motion-space-time",
-            caption="Where every vehicle is, coloured by its speed: above the whole run, below a "
-            f"minute and a half from 10 s before the first disturbance{frame}.{seam} A wave of "
-            "slow traffic shows as a dark band; one that falls to the right runs against the "
-            "traffic.",
+            caption="Where every vehicle is, coloured by its speed: above the whole run, below "
+            f"the time around the first disturbance{frame}.{seam} A wave of slow traffic shows as "
+            "a dark band; one that falls to the right runs against the traffic.",
             draw=partial(space_time, run),
         ),
         Picture(
@@ -187,12 +187,7 @@ def _pictures(run: Run) -> list[Picture]:
             "they move.",
             draw=partial(distance_bars, run),
         ),
-        Picture(
-            name="motion-time-to-collision",
-            caption="Above, the smallest time to collision of the fleet; below, the share of "
-            "vehicles for which it is under 4 s and under 1.5 s, dashed above.",
-            draw=partial(collision_time, run),
-        ),
+        *_nearness(run),
         Picture(
             name="motion-time-headway",
             caption="Distribution of the time headway over all vehicles that move and all times.",
@@ -205,6 +200,20 @@ def _pictures(run: Run) -> list[Picture]:
             2, Picture(name="motion-snapshots", caption=caption, draw=partial(snapshots, run))
         )
     return pictures
+
+
+def _nearness(run: Run) -> list[Picture]:
+    """The picture of the time to collision, where any is less than the axis shows."""
+    if float(np.fmin.reduce(run_time_to_collision(run), axis=None)) >= LONGEST_S:
+        return []
+    return [
+        Picture(
+            name="motion-time-to-collision",
+            caption="Above, the smallest time to collision of the fleet; below, the share of "
+            "vehicles for which it is under 4 s and under 1.5 s, dashed above.",
+            draw=partial(collision_time, run),
+        )
+    ]
 
 
 def _which(run: Run) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.metrics import gaps
-from zenvoy.bus import messages_pb2 as pb
+from zenvoy.analysis.spans import disturbances
 
 Floats = NDArray[np.float64]
 
@@ -94,13 +94,12 @@ def quantities(run: Run) -> tuple[Quantity, ...]:
     return tuple(found)
 
 
-def first_to_brake(run: Run) -> int:
-    """Vehicle that is the first to brake on schedule, or else the one in the middle.
+def first_disturbed(run: Run) -> int:
+    """Vehicle that is the first to brake or follow a trace, or else the one in the middle.
 
     Not one without a vehicle ahead: instead of vehicle 1 of the open road, the one behind it.
     """
-    brakes = [event for event in run.events if event.kind == pb.EVENT_BRAKE and event.vehicle]
-    first = min(brakes, key=lambda event: event.time_ns, default=None)
+    first = next(iter(disturbances(run.events)), None)
     vehicle = first.vehicle if first is not None else (run.vehicles + 1) // 2
     return max(vehicle, 2) if run.scenario.ring_length_m is None else vehicle
 

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _EARLIER_S: Final = 2.0  # by how much a dip may come before that of the vehicle ahead
+_IN_LINE: Final = 0.5  # R² of a line through arrivals from which its slope is a speed
 _SAME: Final = 1e-9  # m/s: rounding
 _SAMPLES: Final = 90  # of a mode's amplitude, for its fit, and up to twice as many
 _NOISES: Final = 3.0  # root mean squares: more is no noise
@@ -89,14 +90,16 @@ def _vertex(time_s: Floats, values: Floats, row: int) -> float:
 
 
 def wave_speed(found: Arrivals) -> float | None:
-    """Vehicles per second, by a line through the arrivals; None for fewer than three of them.
+    """Vehicles per second, by a line through the arrivals.
 
-    The disturbed vehicle itself is left out: its dip is what was done to it.
+    The disturbed vehicle itself is left out: its dip is what was done to it. None for fewer than
+    three others, and where a line describes them badly: then there is no wave, but noise.
     """
-    if len(found.behind) < 4:
+    if len(found.behind) < 4 or np.ptp(found.time_s[1:]) <= 0.0:
         return None
     slope = np.polyfit(found.behind[1:], found.time_s[1:], 1)[0]
-    return float(1.0 / slope) if slope > 0.0 else None
+    correlation = np.corrcoef(found.behind[1:], found.time_s[1:])[0, 1]
+    return float(1.0 / slope) if slope > 0.0 and correlation**2 >= _IN_LINE else None
 
 
 class Response(NamedTuple):

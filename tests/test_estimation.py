@@ -26,7 +26,7 @@ from zenvoy.analysis.consistency import (
 from zenvoy.analysis.drawing import drawn
 from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
-from zenvoy.analysis.quantities import first_to_brake, quantities
+from zenvoy.analysis.quantities import first_disturbed, quantities
 from zenvoy.analysis.section import Section, Sheet
 
 PBCM = """
@@ -342,9 +342,9 @@ def test_a_run_without_a_cycle_says_so(folder: Path) -> None:
 
 
 def test_the_vehicle_that_is_shown(folder: Path, run: Run) -> None:
-    assert first_to_brake(run) == 4
+    assert first_disturbed(run) == 4
     calm = "{duration_s: 1, fleet: {size: 7}}"
-    assert first_to_brake(load(write_log(folder / "calm.mcap", calm))) == 4
+    assert first_disturbed(load(write_log(folder / "calm.mcap", calm))) == 4
     lead = """
 duration_s: 3
 fleet: {size: 3}
@@ -352,7 +352,7 @@ road: {type: open}
 events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
 """
     lead_brakes = load(write_log(folder / "lead.mcap", lead))
-    assert first_to_brake(lead_brakes) == 2
+    assert first_disturbed(lead_brakes) == 2
     section = estimation_section(lead_brakes)
     assert cell(section.sheets[0], "samples", "gap ahead, m", "measured") == 2 * 30
     for picture in section.pictures:

@@ -68,6 +68,15 @@ def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
     np.testing.assert_allclose(found.time_s, at, atol=2e-3)
 
 
+def test_dips_that_are_in_no_order_have_no_speed() -> None:
+    """Of noise, a line through the arrivals would make hundreds of metres per second."""
+    behind = np.arange(5)
+    assert wave_speed(Arrivals(behind, np.array([12.0, 13.8, 13.5, 13.0, 14.2]))) is None
+    assert wave_speed(Arrivals(behind, np.array([12.0, 13.0, 13.0, 13.0, 13.0]))) is None
+    in_line = wave_speed(Arrivals(behind, np.array([12.0, 13.0, 13.6, 13.9, 14.8])))
+    assert in_line == pytest.approx(1.75, rel=0.01)
+
+
 def test_one_without_a_dip_does_not_hide_those_behind_it() -> None:
     time = np.arange(0.0, 30.0, 0.1)
     deviation = bumps(time, [5.0, 6.0, 7.0, 8.0], [4.0] * 4)
