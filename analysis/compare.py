@@ -28,7 +28,7 @@ class Compared:
     @property
     def fingerprint(self) -> str | None:
         """SHA-256 over the data of the log; None where the log is cut before it."""
-        return self.run.result.get("fingerprint")
+        return self.run.fingerprint
 
 
 def comparison_page(compared: Sequence[Compared]) -> Page:

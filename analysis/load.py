@@ -8,20 +8,18 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
+from zenvoy.analysis.checks import Check
 from zenvoy.analysis.columns import Table
-from zenvoy.analysis.log import Facts, facts_of, read_frames, stack_of
+from zenvoy.analysis.log import read_frames
 from zenvoy.analysis.notes import notes_of
-from zenvoy.analysis.records import LogError, Pass
+from zenvoy.analysis.reading import TABLES, read
+from zenvoy.analysis.records import LogError
 from zenvoy.analysis.units import UNITS
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.topics import FRAMES
 from zenvoy.scenarios import Scenario
 
-_TABLES: Final = ("/fleet/truth", "/fleet/radar", "/fleet/estimate", "/fleet/command", "/clock")
 _FRAMES: Final = "/v2v/frames"
 # Of /v2v/frames, in memory: there are no more than 10,000 vehicles, nor 256 outcomes.
 _NARROW: Final = {
@@ -61,8 +59,11 @@ class Run:
     """Metadata zenvoy.result: how the run ended; {} where the log is cut before it."""
     scenario: Scenario
     """With all its defaults."""
+    checks: tuple[Check, ...]
+    """What the log says of itself, held against what is in it."""
     notes: tuple[str, ...]
-    """What is not as it should be, in sentences for people: a cut, an early end, losses."""
+    """What is not as it should be, in sentences for people: a cut, an early end, losses, checks
+    that do not hold."""
     truth: Table
     radar: Table
     estimate: Table
@@ -82,7 +83,13 @@ class Run:
         tables = (self.truth, self.radar, self.estimate, self.command, self.clock)
         if topic == _FRAMES:
             return self.frames
-        return dict(zip(_TABLES, tables, strict=True))[topic]
+        return dict(zip(TABLES, tables, strict=True))[topic]
+
+    @property
+    def fingerprint(self) -> str | None:
+        """That of the run, where the log has it and its messages have it too; else None."""
+        broken = any(check.name == "fingerprint" and check.holds is False for check in self.checks)
+        return None if broken else self.result.get("fingerprint")
 
     @property
     def vehicles(self) -> int:
@@ -134,58 +141,27 @@ class Run:
 
 
 def load(path: str | Path) -> Run:
-    """Run logged at `path`, up to the cut where the log is cut; raises LogError."""
+    """Run logged at `path`, up to a cut or a gap where the log has one; raises LogError.
+
+    What the log says of itself is checked on the way; what does not hold is in `notes`.
+    """
     path = Path(path)
-    payloads: dict[str, list[bytes]] = {topic: [] for topic in _TABLES}
-    events: list[pb.Event] = []
-    frame_rows = 0
-    frames = PackedCodec(FRAMES.message.DESCRIPTOR)
-    with Pass(path) as log:
-        for topic, payload in log.messages((*_TABLES, "/events", _FRAMES)):
-            if topic in payloads:
-                payloads[topic].append(bytes(payload))
-            elif topic == _FRAMES:
-                frame_rows += _rows(path, frames, payload)
-            else:
-                events.append(_event(path, payload))
-    facts = facts_of(path, log, {topic: len(rows) for topic, rows in payloads.items()})
-    tables = [stack_of(path, topic, payloads) for topic in _TABLES]
-    return _run(path, facts, tables, events, frame_rows)
-
-
-def _run(
-    path: Path, facts: Facts, tables: list[Table], events: list[pb.Event], frame_rows: int
-) -> Run:
-    truth, radar, estimate, command, clock = tables
+    reading = read(path)
+    facts, tables = reading.facts, reading.tables
     return Run(
         path=path,
         name=facts.run["scenario"],
-        seed=int(facts.run["seed"]),
+        seed=facts.scenario.seed,
         run=facts.run,
         result=facts.result,
         scenario=facts.scenario,
-        notes=notes_of(facts, truth, events),
-        truth=truth,
-        radar=radar,
-        estimate=estimate,
-        command=command,
-        clock=clock,
-        events=events,
-        frame_rows=frame_rows,
+        checks=facts.checks,
+        notes=notes_of(facts, tables["/fleet/truth"], reading.events),
+        truth=tables["/fleet/truth"],
+        radar=tables["/fleet/radar"],
+        estimate=tables["/fleet/estimate"],
+        command=tables["/fleet/command"],
+        clock=tables["/clock"],
+        events=reading.events,
+        frame_rows=reading.frame_rows,
     )
-
-
-def _rows(path: Path, codec: PackedCodec, payload: memoryview) -> int:
-    """Number of frames and receivers in a message."""
-    try:
-        _, size = codec.spans(payload).get("source", (0, 0))
-    except ValueError as error:
-        raise LogError(f"{path}: {_FRAMES}: {error}") from error
-    return size // 4
-
-
-def _event(path: Path, payload: memoryview) -> pb.Event:
-    try:
-        return pb.Event.FromString(bytes(payload))
-    except DecodeError as error:
-        raise LogError(f"{path}: /events: {error}") from error

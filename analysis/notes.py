@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from zenvoy.analysis.columns import Table
-from zenvoy.analysis.log import Facts
+from zenvoy.analysis.facts import Facts
 from zenvoy.bus import messages_pb2 as pb
 
 _ASKED = "asked to end"  # by a signal, or because a process was lost
@@ -15,6 +15,11 @@ def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[st
     """A sentence each for a cut, an early end, a lost process, and nothing logged at all."""
     last_s = float(truth["time_ns"][-1]) * 1e-9 if truth else 0.0
     notes = [facts.cut] if facts.cut else []
+    notes += facts.faults
+    if facts.repair:
+        notes.append(f"the log was repaired; found before: {facts.repair.get('found', 'unknown')}")
+    if any(check.name == "cycles" and check.holds is False for check in facts.checks):
+        notes.append(f"row k is to be cycle k: read up to {facts.read_s:g} s, the rest left out")
     for event in events:
         if event.kind == pb.EVENT_PROCESS_LOST:
             notes.append(f"lost {event.text} at {event.time_ns * 1e-9:g} s")
@@ -36,4 +41,6 @@ def _early_end(facts: Facts, events: Sequence[pb.Event], last_s: float) -> str:
     at_s = float(facts.result.get("simulated_s", last_s))
     if stops or end == "stopped":
         return f"the run was interrupted at {at_s:g} s {of}"
+    if facts.repair and end in {"cut", "damaged"}:
+        return f"how the run ended is not known: the log ends at {at_s:g} s {of}"
     return "" if end == "complete" else f"the run failed at {at_s:g} s {of}: {end}"

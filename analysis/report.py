@@ -50,7 +50,7 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
         ("channel", f"{run.scenario.channel.technology}, {run.scenario.channel.frame_bytes} bytes"),
         ("duration", _duration(run)),
         ("how it ended", ended(run)),
-        ("fingerprint", run.result.get("fingerprint", "not logged")),
+        ("fingerprint", run.fingerprint or "none that holds"),
         ("run", f"{run.run['run']}: {_BUSES.get(run.run['bus'], run.run['bus'])}"),
         ("speed of the run", _speed(run)),
         ("versions", ", ".join([*versions, f"Python {run.run['python']}"])),
@@ -106,7 +106,7 @@ def _duration(run: Run) -> str:
 
 
 def _speed(run: Run) -> str:
-    if "real_time_factor" not in run.result:
+    if not {"wall_s", "real_time_factor"} <= run.result.keys():
         return "not logged"
     wall_s, factor = (float(run.result[name]) for name in ("wall_s", "real_time_factor"))
     return f"{wall_s:.1f} s of wall time, {factor:.1f} × real time"

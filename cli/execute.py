@@ -78,7 +78,7 @@ def _summarize(folder: Path, console: Console, errors: Console) -> bool:
     except LogError as error:
         errors.print(f"no summary: {error}")
         return False
-    if summary["end"] is None:  # what went wrong has hit the log too
+    if summary["end"] is None or not summary["holds"]:  # what went wrong has hit the log too
         for note in summary["notes"]:
             errors.print(note)
     try:

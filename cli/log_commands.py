@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from zenvoy.cli.terminal import console, errors, interruptible, refuse
+from zenvoy.cli.terminal import EXIT_FAILED, console, errors, interruptible, refuse
 
 
 class Form(StrEnum):
@@ -24,18 +24,28 @@ class Form(StrEnum):
 LogArgument = Annotated[Path, typer.Argument(metavar="RUN.mcap", help="Log of a run.")]
 
 
-def info(log: LogArgument) -> None:
+def info(
+    log: LogArgument,
+    verify: Annotated[
+        bool,
+        typer.Option("--verify", help="Print what was checked; exit with 1 if it does not hold."),
+    ] = False,
+) -> None:
     """Print what a log says of its run: metadata, topics, counts, fingerprint."""
     from zenvoy.analysis.log import LogError, read_facts
-    from zenvoy.cli.report import print_facts
+    from zenvoy.cli.report import print_checks, print_facts
 
     try:
         facts = read_facts(log)
     except LogError as error:
         refuse(str(error))
-    if facts.cut:
-        errors.print(f"{log}: {facts.cut}")
+    for note in (*([facts.cut] if facts.cut else []), *facts.faults):
+        errors.print(f"{log}: {note}")
     print_facts(console, facts)
+    if verify:
+        print_checks(console, facts.checks)
+        if any(check.holds is False for check in facts.checks):
+            raise typer.Exit(EXIT_FAILED)
 
 
 def analyze(
@@ -90,4 +100,22 @@ def export(
         console.print(str(file), soft_wrap=True)
 
 
-COMMANDS = (info, analyze, compare, export)
+def repair(
+    log: LogArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The new log [default: <log>-repaired.mcap beside it]."),
+    ] = None,
+    salvage: Annotated[
+        bool, typer.Option("--salvage", help="Read past parts that are damaged, too.")
+    ] = False,
+) -> None:
+    """Make a whole log out of one that is cut; the log itself stays as it is."""
+    from zenvoy.cli.repair import repair_log
+
+    with interruptible():
+        code = repair_log(log, out, salvage, console, errors)
+    raise typer.Exit(code)
+
+
+COMMANDS = (info, analyze, compare, export, repair)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from rich.console import Console
 from rich.table import Table
 
-from zenvoy.analysis.log import Facts
+from zenvoy.analysis.checks import Check
+from zenvoy.analysis.facts import Facts
 from zenvoy.analysis.metrics import telling
+from zenvoy.bus.log_format import CHECKSUM
 from zenvoy.channel.technologies import TECHNOLOGIES, Technology
 
 _LATENESS: Final = {
@@ -22,7 +25,8 @@ _LATENESS: Final = {
 
 def print_summary(console: Console, summary: dict[str, Any]) -> None:
     """The summary of a run, a line per figure."""
-    table = Table(title=f"{summary['scenario']}, seed {summary['seed']}", show_header=False)
+    title = f"{summary['scenario']}, seed {summary['seed']}"
+    table = Table(title=title, show_header=False)
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
     for name, value in _lines(summary):
@@ -33,7 +37,7 @@ def print_summary(console: Console, summary: dict[str, Any]) -> None:
 def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     lines = [
         ("end", summary["end"] or "not logged"),
-        ("fingerprint", summary["fingerprint"] or "not logged"),
+        ("fingerprint", summary["fingerprint"] or "none that holds"),
         (
             "cycles",
             f"{summary['cycles']}: {summary['simulated_s']:g} s simulated in "
@@ -143,16 +147,30 @@ def _span(bounds: tuple[float, float]) -> str:
 
 def print_facts(console: Console, facts: Facts) -> None:
     """Metadata of a log, its result, and its topics."""
-    for title, records in (("run", facts.run), ("result", facts.result)):
+    for title, records in (("run", facts.run), ("repair", facts.repair), ("result", facts.result)):
+        if not records:  # a log that is cut has no result
+            continue
         table = Table(title=title, show_header=False)
         table.add_column(no_wrap=True)
         table.add_column(overflow="fold")
         for name, value in records.items():
-            table.add_row(name, value)
+            if name != CHECKSUM:
+                table.add_row(name, value)
         console.print(table)
     table = Table(title="topics")
     table.add_column("topic")
     table.add_column("messages", justify="right")
     for topic, count in facts.counts.items():
         table.add_row(topic, str(count))
+    console.print(table)
+
+
+def print_checks(console: Console, checks: Sequence[Check]) -> None:
+    """What a log was checked for, and whether it holds."""
+    answers = {True: "holds", False: "DOES NOT HOLD", None: "cannot be told"}
+    table = Table(title="checks")
+    for column in ("of", "", "what was found"):
+        table.add_column(column, overflow="fold")
+    for check in checks:
+        table.add_row(check.name, answers[check.holds], check.says)
     console.print(table)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
-from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.clock import WallClock, wall_ns
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.topics import EVENTS
 from zenvoy.channel.agent import ChannelAgent
@@ -17,11 +18,24 @@ from zenvoy.world.agent import WorldAgent
 from zenvoy.world.recorder import Recorder
 
 
+def chunk_every(cycles: int) -> WallClock:
+    """A clock by which a log has a chunk for every so many cycles."""
+    ticks = count()
+    return lambda: next(ticks) * (500_000_001 // cycles + 1)
+
+
 class InterruptedRunError(Exception):
     """Raised between two messages of the log, as a signal does."""
 
 
-def write_log(path: Path, scenario: str, *, until_cycle: int | None = None, lost: str = "") -> Path:
+def write_log(
+    path: Path,
+    scenario: str,
+    *,
+    until_cycle: int | None = None,
+    lost: str = "",
+    clock: WallClock = wall_ns,
+) -> Path:
     """Run a scenario, given as YAML, and log it; `until_cycle`: the run is interrupted there.
 
     `lost`: a process that is then said to be lost.
@@ -37,7 +51,7 @@ def write_log(path: Path, scenario: str, *, until_cycle: int | None = None, lost
     agents: list[Agent] = [WorldAgent(loaded.scenario), ChannelAgent(loaded.scenario)]
     for vehicle in range(1, loaded.scenario.fleet.size + 1):
         agents.append(VehicleAgent(loaded.scenario, vehicle))
-    with Recorder(path, labels_of(loaded, "in-process", 1), wall_ns) as recorder:
+    with Recorder(path, labels_of(loaded, "in-process", 1), clock) as recorder:
         recorder.on_clock = interrupt
         try:
             InProcessBus(agents, recorder.log).run()

@@ -167,7 +167,7 @@ def test_a_chunk_with_a_wrong_byte_is_told(path: Path) -> None:
     content, wrong = bytearray(path.read_bytes()), path.with_name("wrong.mcap")
     content[content.index(b"zstd") + 200] ^= 0xFF
     wrong.write_bytes(content)
-    with pytest.raises(LogError, match=r"wrong\.mcap: damaged before byte \d+: "):
+    with pytest.raises(LogError, match=r"wrong\.mcap: damaged at byte \d+: "):
         load(wrong)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 from collections.abc import Callable
@@ -14,14 +13,13 @@ from typing import Any, Final, Self
 
 from google.protobuf import descriptor_pb2
 from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import Writer
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import WallClock
-from zenvoy.bus.topics import CLOCK, LOGGED, REALTIME, TRUTH, Topic
+from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, RESULT, RUN, SCENARIO, Fingerprint, sealed
+from zenvoy.bus.log_writer import LogWriter
+from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
-# Log times are this plus simulation time: 2000-01-01T00:00:00Z. Readers take zero for "unknown".
-EPOCH_NS: Final = 946_684_800 * 1_000_000_000
 _FLUSH_NS: Final = 500_000_000
 
 
@@ -56,17 +54,17 @@ class Recorder:
         self.overruns: Callable[[], int] = lambda: 0
         self._start_ns = self._flushed_ns = 0
         self._last = pb.Clock()
-        self._digest = hashlib.sha256()
+        self._fingerprint = Fingerprint()
         self._file = path.open("wb")
-        self._writer = Writer(self._file)
+        self._writer = LogWriter(self._file)
         self._channels: dict[Topic[Any], int] = {}
         self.end = "complete"
 
     def __enter__(self) -> Self:
         self._writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
-        self._writer.add_metadata("zenvoy.run", _facts(self._labels))
-        self._attach("scenario.yaml", "application/yaml", self._labels.scenario_text)
-        self._attach("effective.json", "application/json", self._labels.effective_json)
+        self._writer.add_metadata(RUN, sealed(_facts(self._labels)))
+        self._attach(SCENARIO, "application/yaml", self._labels.scenario_text)
+        self._attach(EFFECTIVE, "application/json", self._labels.effective_json)
         for topic in LOGGED:
             self._register(topic)
         self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
@@ -87,7 +85,8 @@ class Recorder:
         """End the file, with the result in it; nothing happens where it has ended."""
         if self._file.closed:
             return
-        self._writer.add_metadata("zenvoy.result", self.result())
+        self._writer.flush()  # type: ignore[no-untyped-call]  # the result stands after all messages
+        self._writer.add_metadata(RESULT, sealed(self.result()))
         self._writer.finish()  # type: ignore[no-untyped-call]  # mcap's own lack
         self._file.close()
 
@@ -102,16 +101,8 @@ class Recorder:
 
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         """Write one message under an instant of simulation time."""
-        if topic is REALTIME:  # wall time, as /clock: no part of what is to be the same again
-            self._write(topic, time_ns, payload)
-            return
-        self._digest.update(
-            topic.name.encode()
-            + b"\0"
-            + time_ns.to_bytes(8, "little")
-            + len(payload).to_bytes(8, "little")
-        )
-        self._digest.update(payload)
+        assert topic.logged_as is not None
+        self._fingerprint.add(topic.logged_as, time_ns, payload)
         self._write(topic, time_ns, payload)
         if topic is TRUTH:
             self._tick(time_ns)
@@ -121,7 +112,7 @@ class Recorder:
         wall_s = self._last.wall_ns * 1e-9
         return {
             "end": self.end,
-            "fingerprint": self._digest.hexdigest(),
+            "fingerprint": self._fingerprint.hexdigest(),
             "cycles": str(self._last.cycle),
             "simulated_s": f"{self._last.time_ns * 1e-9:.9g}",
             "wall_s": f"{wall_s:.6f}",

@@ -1,0 +1,50 @@
+"""What a chunk of an MCAP file unpacks to, within bounds that the file cannot move.
+
+The `mcap` package trusts the sizes in a file: a chunk of 100 kB may ask for gigabytes. Here a size
+that is not what comes out is damage, and no more is unpacked than a log can hold.
+"""
+
+from __future__ import annotations
+
+import zlib
+from typing import Final
+
+import lz4.frame
+import zstandard
+from mcap.records import Chunk
+
+_UNKNOWN: Final = -1  # a frame of zstd that does not say what it unpacks to
+
+
+class DamageError(Exception):
+    """A part of a file that is not what it says it is."""
+
+
+def unpacked(chunk: Chunk, limit: int) -> bytes:
+    """Records in a chunk; raises DamageError, also where they are more than `limit` bytes."""
+    size = chunk.uncompressed_size
+    if size > limit:
+        raise DamageError(f"a chunk says it unpacks to {size} bytes; at most {limit} are read")
+    try:
+        data = _unpacked(chunk, size)
+    except (zstandard.ZstdError, RuntimeError, EOFError) as error:  # lz4 raises the latter two
+        raise DamageError(f"a chunk cannot be unpacked: {error}") from error
+    if len(data) != size:
+        raise DamageError(f"a chunk unpacks to {len(data)} bytes, not to {size} as it says")
+    if chunk.uncompressed_crc not in {0, zlib.crc32(data)}:
+        raise DamageError("a chunk does not match its CRC")
+    return data
+
+
+def _unpacked(chunk: Chunk, size: int) -> bytes:
+    """At most a byte more than `size`."""
+    if chunk.compression == "":
+        return chunk.data
+    if chunk.compression == "zstd":
+        told = zstandard.frame_content_size(chunk.data)
+        if told not in {_UNKNOWN, size}:  # zstandard would make room for it
+            raise DamageError(f"a chunk unpacks to {told} bytes, not to {size} as it says")
+        return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=max(1, size))
+    if chunk.compression == "lz4":
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1))
+    raise DamageError(f"a chunk is compressed with {chunk.compression!r}; known: zstd, lz4")

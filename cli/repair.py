@@ -1,0 +1,39 @@
+"""`zenvoy repair` from a log to a whole one and an exit code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from zenvoy.analysis.records import LogError
+from zenvoy.analysis.repair import RepairError, repair
+
+_OK, _FAILED, _BAD_INPUT = 0, 1, 2
+
+
+def repair_log(
+    log: Path, out: Path | None, salvage: bool, console: Console, errors: Console
+) -> int:
+    """Write a whole log, and say what was amiss and what is missing; the exit code."""
+    try:
+        repaired = repair(log, out, salvage=salvage)
+    except LogError as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    except RepairError as error:
+        errors.print(str(error))
+        return _BAD_INPUT
+    except OSError as error:
+        errors.print(f"the repaired log cannot be written: {error.strerror or error}")
+        return _FAILED
+    if repaired is None:
+        console.print(f"{log}: whole; there is nothing to repair", soft_wrap=True)
+        return _OK
+    for fault in repaired.found:
+        errors.print(f"{log}: {fault}")
+    for fault in repaired.facts.faults:
+        errors.print(f"{repaired.path}: {fault}")
+    facts = repaired.facts
+    console.print(f"{repaired.path}: {facts.read_s:g} s of {facts.duration_s:g} s", soft_wrap=True)
+    return _OK
