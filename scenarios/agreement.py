@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from zenvoy.scenarios.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.agreement_of_events import events_that_disagree
+from zenvoy.scenarios.agreement_of_sets import sets_that_disagree
 from zenvoy.scenarios.errors import Problem
-from zenvoy.scenarios.sets import members
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_lengths(scenario),
         *_ring(scenario),
         *_weights(scenario),
-        *_groups(scenario),
+        *sets_that_disagree(scenario),
         *_times(scenario),
         *_beacons(scenario),
         *_clock(scenario),
@@ -122,31 +122,8 @@ def _clock(scenario: Scenario) -> Iterator[Problem]:
         yield Problem(key="speed", text=text, related=("clock",))
 
 
-def _groups(scenario: Scenario) -> Iterator[Problem]:
-    size = scenario.fleet.size
-    sets: dict[str, frozenset[int]] = {}
-    for index, group in enumerate(scenario.fleet.groups):
-        key = f"fleet.groups.{index}"
-        if group.name in {"all", "not"}:
-            yield Problem(key=f"{key}.name", text=f"{group.name!r} means something else in a set")
-        elif group.name in sets:
-            yield Problem(key=f"{key}.name", text=f"{group.name!r} is another group's name already")
-        if (group.vehicles is None) == (group.share is None):
-            both = "neither" if group.share is None else "both"
-            text = f"{both} of vehicles and share; allowed: one of them"
-            yield Problem(key=key, text=text, related=(f"{key}.vehicles", f"{key}.share"))
-        sets[group.name] = frozenset()
-        if group.vehicles is not None:
-            try:
-                sets[group.name] = members(group.vehicles, size, sets)
-            except ValueError as error:
-                related = ("fleet.size",)
-                yield Problem(key=f"{key}.vehicles", text=str(error), related=related)
-
-
 def _schedule(scenario: Scenario) -> Iterator[Problem]:
     schedule = scenario.control.schedule
-    names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
     for index, switch in enumerate(schedule):
         key = f"control.schedule.{index}"
         if switch.model is None and not switch.targets:
@@ -156,12 +133,6 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
         elif switch.ramp_s > 0.0 and not switch.targets:
             text = f"{trimmed(switch.ramp_s)} is given, but a model changes at once; allowed: 0"
             yield Problem(key=f"{key}.ramp_s", text=text, related=(f"{key}.model",))
-        if switch.vehicles is not None:
-            try:
-                members(switch.vehicles, scenario.fleet.size, names)
-            except ValueError as error:
-                key = f"control.schedule.{index}.vehicles"
-                yield Problem(key=key, text=str(error), related=("fleet.size",))
     for index, (before, switch) in enumerate(pairwise(schedule), start=1):
         at_ns, before_ns = round(switch.at_s * _NS_PER_S), round(before.at_s * _NS_PER_S)
         # At the same instant other vehicles may switch, the same ones may not.

@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from zenvoy.scenarios.errors import Problem
-from zenvoy.scenarios.sets import members
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
@@ -116,12 +115,7 @@ def _in_order(latency: Latency, section: str) -> Iterator[Problem]:
 
 
 def _scope(scope: Scope, key: str, scenario: Scenario) -> Iterator[Problem]:
-    names = {g.name: frozenset[int]() for g in scenario.fleet.groups if g.name != "all"}
-    for end in ("source", "destination"):
-        try:
-            members(getattr(scope, end) or "all", scenario.fleet.size, names)
-        except ValueError as error:
-            yield Problem(key=f"{key}.{end}", text=str(error), related=("fleet.size",))
+    """Times and places rise."""
     if scope.until_s is not None and scope.until_s <= scope.from_s:
         begin = trimmed(scope.from_s)
         text = f"{trimmed(scope.until_s)} is not later than {key}.from_s ({begin})"

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
 from zenvoy.scenarios.schema import Scenario
 from zenvoy.scenarios.tree import Path
 from zenvoy.scenarios.wording import trimmed
 
 JsonSchema = dict[str, Any]
+
+_COLUMNS: Final = 9  # more than any list has whose entries differ
 
 _TO_RESOLVE = {"$ref", "anyOf"}
 _NULL = {"type": "null"}
@@ -35,30 +37,38 @@ def schema_at(loc: Path) -> JsonSchema:
     Where there are several types of entry, `loc` may name one, after the entry's index. Raises
     KeyError if the schema has no such path.
     """
-    return _walk(loc)[0]
+    return _walk(_shape(loc))[0]
 
 
 def path_of(loc: Path) -> Path:
     """`loc`, a path as in pydantic's errors, without the names of types of entries."""
-    return _walk(loc)[1]
+    return tuple(step for step, named in zip(loc, _walk(_shape(loc))[1], strict=True) if named)
 
 
-def _walk(loc: Path) -> tuple[JsonSchema, Path]:
+def _shape(loc: Path) -> Path:
+    """`loc` for the entries of a list that all have one schema; only a few columns differ."""
+    return tuple(min(step, _COLUMNS) if isinstance(step, int) else step for step in loc)
+
+
+@cache
+def _walk(loc: Path) -> tuple[JsonSchema, tuple[bool, ...]]:
+    """The schema at `loc`, and which of its steps are steps into the file."""
     schema = _root_schema()
-    path: Path = ()
+    named: list[bool] = []
     for step in loc:
         if "oneOf" in schema and not isinstance(step, int):
             branches = map(resolved, schema["oneOf"])
             schema = next(b for b in branches if b["properties"]["type"]["const"] == step)
+            named.append(False)
             continue
-        path = (*path, step)
+        named.append(True)
         if not isinstance(step, int):
             schema = resolved(schema["properties"][step])
         elif "prefixItems" in schema:
             schema = resolved(schema["prefixItems"][step])
         else:
             schema = resolved(schema["items"])
-    return schema, path
+    return schema, tuple(named)
 
 
 def resolved(schema: JsonSchema) -> JsonSchema:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 from zenvoy.scenarios.wording import one_line
+
+MOST_PROBLEMS: Final = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,19 +47,29 @@ class Problem:
     @property
     def order(self) -> tuple[int, str, int]:
         """Sort key: what is extended, the file, the options; each file by line."""
-        place = self.place
-        return (0, "", 0) if place is None else (place.rank, place.source, place.line or 0)
+        return order_of(self.place)
+
+
+def order_of(place: Place | None) -> tuple[int, str, int]:
+    """Sort key of what was written at a place."""
+    return (0, "", 0) if place is None else (place.rank, place.source, place.line or 0)
 
 
 class ScenarioError(Exception):
-    """A scenario cannot be had. str() has one line per problem."""
+    """A scenario cannot be had. str() has one line per problem.
 
-    def __init__(self, problems: Iterable[Problem]) -> None:
-        self.problems: tuple[Problem, ...] = tuple(sorted(problems, key=lambda p: p.order))
-        super().__init__(self.problems)
+    Of many problems the first MOST_PROBLEMS are kept; `more` is the number of others.
+    """
+
+    def __init__(self, problems: Iterable[Problem], more: int = 0) -> None:
+        found = sorted(problems, key=lambda p: p.order)
+        self.problems: tuple[Problem, ...] = tuple(found[:MOST_PROBLEMS])
+        self.more = more + max(0, len(found) - MOST_PROBLEMS)
+        super().__init__(self.problems, self.more)
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.problems))
+        lines = [str(problem) for problem in self.problems]
+        return "\n".join([*lines, f"and {self.more} more"] if self.more else lines)
 
 
 class UnknownScenarioError(ScenarioError):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from pydantic_core import ErrorDetails
 
@@ -11,6 +12,8 @@ from zenvoy.scenarios.allowed import JsonSchema, interval, noun, path_of, schema
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.tree import Node, Path, Unreadable
 from zenvoy.scenarios.wording import dotted, one_line, shown, trimmed
+
+_LONGEST_KEY: Final = 100  # to look for one like it takes time with its length
 
 _OUT_OF_RANGE = {
     "greater_than",
@@ -41,17 +44,20 @@ def refusal(error: ErrorDetails) -> Refusal:
     return Refusal(path_of(loc), kind, value, schema_at(loc))
 
 
-def explained(refused: Refusal, root: Node) -> Problem | None:
-    """The problem that a refusal is, with its place in `root`.
+def is_reported(refused: Refusal) -> bool:
+    """Whether the value could not even be read, which is reported where it was tried."""
+    return refused.kind != "extra_forbidden" and (_narrowed(refused).value is Unreadable.UNREADABLE)
 
-    None if the value could not even be read: that is reported where it was tried.
-    """
-    path, kind, value, schema = refused = _narrowed(refused)
+
+def explained(refused: Refusal, root: Node) -> Problem:
+    """The problem that a refusal is, with its place in `root`."""
+    path, kind, _, schema = refused = _narrowed(refused)
     if kind == "extra_forbidden":
         text = _unknown_key(str(path[-1]), list(schema["properties"]))
-    elif value is Unreadable.UNREADABLE:
-        return None
     else:
+        written = root.find(path)
+        if written is not None and isinstance(written.value, str):  # 150%, say, and not 1.5
+            refused = refused._replace(value=written.value)
         text = _refused_value(refused)
     return Problem(key=dotted(path), text=text, place=root.place_of(path))
 
@@ -64,14 +70,15 @@ def _narrowed(refused: Refusal) -> Refusal:
     return refused
 
 
-def nearest(name: str, names: list[str]) -> str:
-    """A hint at the likeliest of `names`, which ends in a space, or nothing."""
-    near = get_close_matches(name, names, n=1)
-    return f"did you mean {one_line(near[0])!r}? " if near else ""
+def nearest(name: str, names: Mapping[str, str]) -> str:
+    """A hint at the likeliest of `names`, by what each may be called; ends in a space, or is ""."""
+    near = get_close_matches(name, names, n=1) or get_close_matches(name.lower(), names, n=1)
+    return f"did you mean {one_line(names[near[0]])!r}? " if near else ""
 
 
 def _unknown_key(key: str, allowed: list[str]) -> str:
-    return f"unknown key; {nearest(key, allowed)}allowed: {', '.join(allowed)}"
+    hint = nearest(key[:_LONGEST_KEY], {name: name for name in allowed})
+    return f"unknown key; {hint}allowed: {', '.join(allowed)}"
 
 
 def _refused_value(refused: Refusal) -> str:

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final
 
+from zenvoy.scenarios.allowed import schema_at
 from zenvoy.scenarios.errors import InvalidScenarioError, Place, Problem, UnreadableScenarioError
 from zenvoy.scenarios.origin import Origin
 from zenvoy.scenarios.source import parse
 from zenvoy.scenarios.tree import Node, Unreadable
-from zenvoy.scenarios.wording import one_line, shown
+from zenvoy.scenarios.wording import kind_of, one_line, shown
 
-KEY = "extends"
+KEY: Final = "extends"
+_MOST: Final = 50
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +44,10 @@ def chain(origin: Origin) -> Chain:
     problems: list[Problem] = []
     current: Origin | None = origin
     while current is not None:
+        if len(origins) == _MOST:
+            place = _place(origins[-1].source, 1 - _MOST, None)
+            text = f"more than {_MOST} scenarios, each of which extends the next"
+            raise InvalidScenarioError([Problem(key=KEY, text=text, place=place)])
         texts.append(_text(current, -len(origins)))
         root, found = _tree(texts[-1], partial(_place, current.source, -len(origins)))
         problems += found
@@ -95,18 +102,28 @@ def _place(source: str, rank: int, line: int | None) -> Place:
 def _text(origin: Origin, rank: int) -> str:
     try:
         return origin.text(rank)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         place = Place(source=origin.source, rank=rank)
-        problem = Problem(key="", text=f"cannot be read: {error.strerror}", place=place)
+        why = error.strerror if isinstance(error, OSError) else error
+        problem = Problem(key="", text=f"cannot be read: {why}", place=place)
         raise UnreadableScenarioError([problem]) from error
 
 
 def _tree(text: str, place_at: Callable[[int | None], Place]) -> tuple[Node, list[Problem]]:
-    root, problems = parse(text, place_at)
-    if root is not None and isinstance(root.value, dict):
-        return root, problems
+    """The mapping that `text` is.
+
+    A file that another one names may be any file that this command can read, and not its author:
+    so nothing of its text is told before it looks like a scenario.
+    """
+    root, problems = parse(text, place_at, top_level=True)
+    extended = place_at(None).rank < 0
     if root is None:
         what = "empty; allowed: a mapping ({} for the defaults alone)"
+    elif not isinstance(root.value, dict):
+        what = f"{kind_of(root.plain())} is not a mapping, as the top level has to be"
+    elif extended and root.value and not root.value.keys() & schema_at(())["properties"].keys():
+        what = "not a scenario: a mapping without a single key of one"
     else:
-        what = f"{shown(root.plain())} is not a mapping, as the top level has to be"
-    raise InvalidScenarioError([*problems, Problem(key="", text=what, place=place_at(None))])
+        return root, problems
+    known = [] if extended else problems
+    raise InvalidScenarioError([*known, Problem(key="", text=what, place=place_at(None))])

@@ -2,51 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Final
 
-from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.errors import ScenarioError
 from zenvoy.scenarios.origin import Origin
-from zenvoy.scenarios.tables import Numbers, Table
+from zenvoy.scenarios.tables import Allowance, Numbers, Table
 from zenvoy.scenarios.trace_files import TraceFile
-from zenvoy.scenarios.tree import Node, planted
+from zenvoy.scenarios.tree import Node, Path
 from zenvoy.scenarios.wording import dotted
 
 TRACE: Final = Table("points", TraceFile())
 LATENCY: Final = Table("samples_ms", Numbers("latency_ms"), required=False)
 
+Change = Callable[[Node, Path], Node]
 
-def with_tables(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[Problem]]:
+
+def with_tables(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[ScenarioError]]:
     """`root` with the contents of CSV files in place of their names, and what is wrong there.
 
     As `Table.filled`.
     """
-    problems: list[Problem] = []
-    for path, section, table in list(_sections(root)):
-        filled, wrong = table.filled(section, dotted(path), origins)
-        root = planted(root, path, filled)
-        problems += wrong
-    return root, problems
+    errors: list[ScenarioError] = []
+    allowance = Allowance()
 
+    def filled(table: Table, section: Node, path: Path) -> Node:
+        told, wrong = table.filled(section, dotted(path), origins, allowance)
+        if wrong is not None:
+            errors.append(wrong)
+        return told
 
-def _sections(root: Node) -> Iterator[tuple[tuple[str, ...], Node, Table]]:
-    """The sections that may name a file, with their paths."""
-    channels = [
-        ("channel",),
-        *(("channel", "rules", n) for n, _ in _items(root, "channel", "rules")),
-    ]
-    for path in channels:
-        latency = root.find((*path, "latency"))
-        if latency is not None:
-            yield (*path, "latency"), latency, LATENCY
-    for number, event in _items(root, "events"):
+    def with_latency(holder: Node, path: Path) -> Node:
+        return _changed(holder, "latency", path, lambda node, at: filled(LATENCY, node, at))
+
+    def with_points(event: Node, path: Path) -> Node:
         kind = event.child("type")
-        if kind is not None and kind.value == "trace":
-            yield ("events", number), event, TRACE
+        is_trace = kind is not None and kind.value == "trace"
+        return filled(TRACE, event, path) if is_trace else event
+
+    def with_rules(channel: Node, path: Path) -> Node:
+        return _changed(channel, "rules", path, lambda node, at: _each(node, at, with_latency))
+
+    root = _changed(root, "channel", (), with_latency)
+    root = _changed(root, "channel", (), with_rules)
+    root = _changed(root, "events", (), lambda node, at: _each(node, at, with_points))
+    return root, errors
 
 
-def _items(root: Node, *path: str) -> list[tuple[str, Node]]:
-    """The entries of a list, each with its index; none where there is no list."""
-    node = root.find(path)
-    found = node.value if node is not None and isinstance(node.value, tuple) else ()
-    return [(str(index), item) for index, item in enumerate(found)]
+def _changed(holder: Node, key: str, path: Path, change: Change) -> Node:
+    """`holder` with another entry under `key`, where it has one; `path` leads to `holder`."""
+    if not isinstance(holder.value, dict) or key not in holder.value:
+        return holder
+    entry = change(holder.value[key], (*path, key))
+    return replace(holder, value={**holder.value, key: entry})
+
+
+def _each(node: Node, path: Path, change: Change) -> Node:
+    """A list with each of its entries changed; anything else as it is."""
+    if not isinstance(node.value, tuple):
+        return node
+    entries = tuple(change(entry, (*path, index)) for index, entry in enumerate(node.value))
+    return replace(node, value=entries)

@@ -46,8 +46,8 @@ def load(
     files = chain(origin)
     options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
     root, more = overridden(files.root, overrides, options)
-    root, yet_more = with_tables(root, files.origins)
-    scenario = validated(root, [*files.problems, *more, *yet_more])
+    root, errors = with_tables(root, files.origins)
+    scenario = validated(root, [*files.problems, *more], errors)
     return Loaded(name=origin.name, scenario=scenario, text=files.text)
 
 

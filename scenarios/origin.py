@@ -4,17 +4,29 @@ from __future__ import annotations
 
 import os
 import zlib
+from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib.resources.abc import Traversable
+from itertools import islice
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import Final, Protocol
 
 from zenvoy.scenarios.errors import Place, Problem, UnknownScenarioError, UnreadableScenarioError
 from zenvoy.scenarios.explain import nearest
 from zenvoy.scenarios.library import inside, packaged
+from zenvoy.scenarios.reading import LARGEST_BYTES, STANDARD_INPUT, RegularFile, StandardInput
 from zenvoy.scenarios.wording import shown
 
-_MOST_BYTES: Final = 16 << 20
+_LONGEST_NAME: Final = 100  # to look for one like it takes time with its length
+_MOST_NEIGHBOURS: Final = 1_000
+_MOST_PARTS: Final = 1_000
+
+
+class Readable(Protocol):
+    """A file, one inside the package, or standard input."""
+
+    def read_bytes(self) -> bytes:
+        """All of it; raises OSError."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +35,7 @@ class Origin:
 
     name: str
     source: str
-    entry: Path | Traversable
+    entry: Readable
     builtin: bool
 
     @property
@@ -38,7 +50,7 @@ class Origin:
         or UnreadableScenarioError where it is not UTF-8.
         """
         data = self.entry.read_bytes()
-        if self.entry.name.endswith(".gz"):
+        if self.source.endswith(".gz"):
             data = _unpacked(data)
         try:
             return data.decode()
@@ -67,7 +79,13 @@ class Origin:
 
 
 def located(name_or_path: str | Path) -> Origin:
-    """The scenario in an existing file, else the built-in one. Raises UnknownScenarioError."""
+    """The scenario in an existing file, else the built-in one; "-" is standard input.
+
+    Raises UnknownScenarioError.
+    """
+    if str(name_or_path) == STANDARD_INPUT:
+        source = "standard input"
+        return Origin(name="stdin", source=source, entry=StandardInput(), builtin=False)
     if _is_file(name_or_path):
         return from_here(name_or_path)
     return _named(str(name_or_path), "", None, files=True)
@@ -75,21 +93,25 @@ def located(name_or_path: str | Path) -> Origin:
 
 def from_here(path: str | Path) -> Origin:
     """The file at a path from the folder of the command, whether it exists or not."""
-    entry = Path(path)
-    return Origin(name=entry.stem, source=str(path), entry=entry, builtin=False)
+    entry = RegularFile(str(path))
+    return Origin(name=Path(path).stem, source=str(path), entry=entry, builtin=False)
 
 
 def _unpacked(data: bytes) -> bytes:
     """What is in a gzip file; not more than is allowed, however small the file is."""
     text = b""
+    parts = 0
     while data:  # a file may have several parts
+        parts += 1
+        if parts > _MOST_PARTS:
+            raise ValueError(f"more than {_MOST_PARTS} parts of gzip")
         unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
         try:
-            text += unpacker.decompress(data, _MOST_BYTES + 1 - len(text))
+            text += unpacker.decompress(data, LARGEST_BYTES + 1 - len(text))
         except zlib.error:
             raise ValueError("not a file of gzip") from None
-        if len(text) > _MOST_BYTES:
-            raise ValueError(f"more than {_MOST_BYTES >> 20} MiB, the most that are allowed")
+        if len(text) > LARGEST_BYTES:
+            raise ValueError(f"more than {LARGEST_BYTES >> 20} MiB, the most that are allowed")
         if not unpacker.eof:
             raise ValueError("its end is missing")
         data = unpacker.unused_data
@@ -105,7 +127,27 @@ def _named(name: str, key: str, place: Place | None, *, files: bool) -> Origin:
     known = packaged()
     if name in known:
         return Origin(name=name, source=f"built-in {name}", entry=known[name], builtin=True)
-    names = list(known)
     what = "is neither a file nor a built-in scenario" if files else "is no built-in scenario"
-    text = f"{shown(name)} {what}; {nearest(name, names)}built-in: {', '.join(names)}"
+    # What lies beside a file that is extended is not for those to know who wrote the file.
+    hint = nearest(name[:_LONGEST_NAME], _alike(known, _beside(name) if not key else ()))
+    text = f"{shown(name)} {what}; {hint}built-in: {', '.join(known)}"
     raise UnknownScenarioError([Problem(key=key, text=text, place=place)])
+
+
+def _alike(builtin: Iterable[str], beside: Iterable[str]) -> dict[str, str]:
+    """What a user may call a scenario in haste, and its name: without folder or suffix, say."""
+    builtin = list(builtin)
+    names = {name.rpartition("/")[2]: name for name in reversed(builtin)}
+    names |= {f"{name}{suffix}": name for name in builtin for suffix in (".yaml", "")}
+    return names | {called: path for path in beside for called in (path, os.path.splitext(path)[0])}
+
+
+def _beside(path: str) -> list[str]:
+    """The scenario files in the folder in which `path` is not."""
+    folder = os.path.dirname(path)
+    try:
+        with os.scandir(folder or ".") as entries:
+            names = sorted(entry.name for entry in islice(entries, _MOST_NEIGHBOURS))
+    except (OSError, ValueError):
+        return []
+    return [os.path.join(folder, name) for name in names if name.endswith((".yaml", ".yml"))]

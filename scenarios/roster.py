@@ -45,8 +45,10 @@ def roster(scenario: Scenario) -> tuple[Settings, ...]:
     """Settings of vehicles 1..size, in order; the scenario must be a valid one."""
     sets = group_members(scenario)
     size = scenario.fleet.size
+    texts = {switch.vehicles for switch in scenario.control.schedule}
+    named = {text: members(text, size, sets) for text in texts if text is not None}
     entries: list[Entry] = [
-        (switch, None if switch.vehicles is None else members(switch.vehicles, size, sets))
+        (switch, None if switch.vehicles is None else named[switch.vehicles])
         for switch in scenario.control.schedule
     ]
     return tuple(_settings(scenario, v, sets, entries) for v in range(1, size + 1))

@@ -21,6 +21,7 @@ from zenvoy.scenarios.section import (
     NS_PER_S,
     Fraction,
     NonNegative,
+    Percent,
     Positive,
     Section,
 )
@@ -123,7 +124,7 @@ class Platoon(Section):
     """
 
     size: Annotated[int, Field(ge=2, le=10_000)] | None = None
-    c1: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    c1: Annotated[float, Field(ge=0, lt=1), Percent] = 0.5
     xi: Annotated[float, Field(ge=1, le=LARGEST)] = 1.0
     omega_n: Positive = 0.2
 
@@ -148,7 +149,7 @@ class Control(Section):
 class Sensors(Section):
     """Reading errors: gaps and absolute speeds are multiplied by 1 + e, e within ±error."""
 
-    error: Annotated[float, Field(ge=0, lt=1)] = 0.1
+    error: Annotated[float, Field(ge=0, lt=1), Percent] = 0.1
     distribution: Literal["uniform", "gaussian"] = "uniform"
     position_std_m: NonNegative = 0.0
 

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import re
+from decimal import Decimal
+from typing import Annotated, Final
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 # Keeps every sum and product of settings finite, and every time within an int64 of nanoseconds.
 LARGEST = 1e9
 
-Fraction = Annotated[float, Field(ge=0, le=1)]
+_PERCENT: Final = re.compile(r"\s*([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20}))\s*%\s*", re.ASCII)
+
+
+def _fraction(value: object) -> object:
+    """0.333 for "33.3%": the float nearest to the decimal fraction. What is no text stays."""
+    percent = _PERCENT.fullmatch(value) if isinstance(value, str) else None
+    return value if percent is None else float(Decimal(percent[1]) / 100)
+
+
+Percent = BeforeValidator(_fraction)
+"""A fraction may be written in percent."""
+Fraction = Annotated[float, Field(ge=0, le=1), Percent]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
-from zenvoy.scenarios.wording import shown
+from zenvoy.scenarios.wording import listed, shown
 
-_RANGE = re.compile(r"(\d+)(?:\s*-\s*(\d+))?")
+_RANGE = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?", re.ASCII)
 
 
 def members(text: str, size: int, groups: Mapping[str, frozenset[int]]) -> frozenset[int]:
@@ -16,13 +16,31 @@ def members(text: str, size: int, groups: Mapping[str, frozenset[int]]) -> froze
 
     Raises ValueError, saying what is wrong and what is allowed.
     """
-    everyone = frozenset(range(1, size + 1))
+    negated, terms = _terms(text)
+    found: set[int] = set()
+    for term in terms:
+        found.update(groups[term] if term in groups else _span(term, size, groups))
+    if negated:
+        return frozenset(range(1, size + 1)).difference(found)
+    return frozenset(found)
+
+
+def at_most(text: str, size: int, groups: Mapping[str, int]) -> int:
+    """A bound on the number of vehicles that `text` names, from those on its groups.
+
+    Takes no longer than to read the text. Raises ValueError where `members` would.
+    """
+    negated, terms = _terms(text)
+    count = sum(
+        groups[term] if term in groups else len(_span(term, size, groups)) for term in terms
+    )
+    return size if negated else min(count, size)
+
+
+def _terms(text: str) -> tuple[bool, list[str]]:
+    """Whether `text` begins with "not", and what it names."""
     terms = re.sub(r"^not\s+", "", text.strip())
-    negated = terms != text.strip()
-    found: frozenset[int] = frozenset()
-    for term in terms.split(","):
-        found |= _term(term.strip(), everyone, groups)
-    return everyone - found if negated else found
+    return terms != text.strip(), [term.strip() for term in terms.split(",")]
 
 
 def drawn(name: str, share: float, size: int, seed: int) -> frozenset[int]:
@@ -34,18 +52,15 @@ def drawn(name: str, share: float, size: int, seed: int) -> frozenset[int]:
     return frozenset(sorted(range(1, size + 1), key=lot)[: round(share * size)])
 
 
-def _term(
-    term: str, everyone: frozenset[int], groups: Mapping[str, frozenset[int]]
-) -> frozenset[int]:
+def _span(term: str, size: int, groups: Collection[str]) -> range:
+    """The vehicles of "all", of a number or a range; raises ValueError."""
     if term == "all":
-        return everyone
-    if term in groups:
-        return groups[term]
+        return range(1, size + 1)
     match = _RANGE.fullmatch(term)
     if match is None:
-        names = "".join(f", {name}" for name in groups)
-        raise ValueError(f"{shown(term)} is neither a vehicle nor a range nor one of all{names}")
+        names = f"all, {listed(groups)}" if groups else "all"
+        raise ValueError(f"{shown(term)} is neither a vehicle nor a range nor one of {names}")
     low, high = int(match[1]), int(match[2] or match[1])
-    if not 1 <= low <= high <= len(everyone):
-        raise ValueError(f"{term} is not within 1-{len(everyone)}, the vehicles of fleet.size")
-    return frozenset(range(low, high + 1))
+    if not 1 <= low <= high <= size:
+        raise ValueError(f"{term} is not within 1-{size}, the vehicles of fleet.size")
+    return range(low, high + 1)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from io import StringIO
-from typing import Protocol
+from typing import Final, Protocol
 
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
@@ -17,10 +17,26 @@ from zenvoy.scenarios.errors import (
     UnreadableScenarioError,
 )
 from zenvoy.scenarios.origin import Origin, from_here
+from zenvoy.scenarios.reading import LARGEST_BYTES
 from zenvoy.scenarios.tree import Node, Unreadable
 from zenvoy.scenarios.wording import shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+_MOST_CHARACTERS: Final = 2 * LARGEST_BYTES
+
+
+class Allowance:
+    """How much text may still be read from tables: one file may be named twenty thousand times."""
+
+    def __init__(self) -> None:
+        self._left = _MOST_CHARACTERS
+
+    def take(self, characters: int) -> None:
+        """Raises ValueError where it is used up."""
+        self._left -= characters
+        if self._left < 0:
+            raise ValueError(f"more than {_MOST_CHARACTERS >> 20} MiB in all tables together")
 
 
 class Reader(Protocol):
@@ -48,28 +64,30 @@ class Table:
     required: bool = True
 
     def filled(
-        self, section: Node, key: str, origins: Mapping[str, Origin]
-    ) -> tuple[Node, list[Problem]]:
+        self, section: Node, key: str, origins: Mapping[str, Origin], allowance: Allowance
+    ) -> tuple[Node, ScenarioError | None]:
         """The section with its list, as given or as read, and what is wrong there.
 
         A file's name is relative to the file that says it, one of `origins` by what places call
         it; that of an option to the folder of the command.
         """
         if not isinstance(section.value, dict):
-            return section, []
+            return section, None
         if not self.required and not {"file", self.entry} & section.value.keys():
-            return section, []
-        problems: list[Problem] = []
+            return section, None
+        wrong: ScenarioError | None = None
         try:
-            rows = self._rows_of(section, key, origins)
+            rows = self._rows_of(section, key, origins, allowance)
         except ScenarioError as error:
-            problems += error.problems
+            wrong = error
             rows = Node(Unreadable.UNREADABLE, section.place)
         of_file = {"file", *self.reader.options}
         rest = {name: child for name, child in section.value.items() if name not in of_file}
-        return replace(section, value={**rest, self.entry: rows}), problems
+        return replace(section, value={**rest, self.entry: rows}), wrong
 
-    def _rows_of(self, section: Node, key: str, origins: Mapping[str, Origin]) -> Node:
+    def _rows_of(
+        self, section: Node, key: str, origins: Mapping[str, Origin], allowance: Allowance
+    ) -> Node:
         """The list, as given or as read; raises ScenarioError."""
         file, given = section.child("file"), section.child(self.entry)
         options = {name: n for name in self.reader.options if (n := section.child(name))}
@@ -92,13 +110,22 @@ class Table:
             raise _refused(f"{key}.file", text, file.place)
         origin = origins.get(file.place.source)
         beside = from_here(file.value) if origin is None else origin.beside(file.value)
-        return self._read(beside, key, file.place, options)
+        return self._read(beside, key, file.place, options, allowance)
 
-    def _read(self, origin: Origin, key: str, named: Place, options: Mapping[str, Node]) -> Node:
+    def _read(
+        self,
+        origin: Origin,
+        key: str,
+        named: Place,
+        options: Mapping[str, Node],
+        allowance: Allowance,
+    ) -> Node:
         """The rows in a file named at a place, each with its own; raises ScenarioError."""
         top = Place(source=origin.source, rank=named.rank)
         try:
-            return self.reader.read(origin.text(named.rank), top, key, options)
+            text = origin.text(named.rank)
+            allowance.take(len(text))
+            return self.reader.read(text, top, key, options)
         except UnreadableScenarioError as error:
             problems = [replace(problem, key=f"{key}.file") for problem in error.problems]
             raise InvalidScenarioError(problems) from None
@@ -122,10 +149,11 @@ class Numbers:
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
         """The numbers, as `Reader` has it."""
         header, *rows = _rows(text, top)
+        if ",".join(cell.strip() for cell in header[0]) != self.header:
+            # This may be any file: nothing of its text is told.
+            what = f"not a table of numbers under the header {self.header}"
+            raise _refused(f"{key}.file", what, header[1])
         said = [(place, found) for row, place in rows for found in self._of_row(row)]
-        name = ",".join(cell.strip() for cell in header[0])
-        if name != self.header:
-            said.insert(0, (header[1], f"{shown(name)} is not the header {self.header}"))
         if said:
             raise InvalidScenarioError(
                 Problem(key=f"{key}.file", text=found, place=place) for place, found in said

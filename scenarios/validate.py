@@ -10,37 +10,57 @@ from pydantic_core import ErrorDetails
 
 from zenvoy.scenarios.agreement import DisagreementError
 from zenvoy.scenarios.allowed import stand_in
-from zenvoy.scenarios.errors import InvalidScenarioError, Problem
-from zenvoy.scenarios.explain import Refusal, explained, refusal
+from zenvoy.scenarios.errors import (
+    MOST_PROBLEMS,
+    InvalidScenarioError,
+    Problem,
+    ScenarioError,
+    order_of,
+)
+from zenvoy.scenarios.explain import Refusal, explained, is_reported, refusal
 from zenvoy.scenarios.schema import Scenario
 from zenvoy.scenarios.tree import Node
 
 
-def validated(root: Node, known: Sequence[Problem] = ()) -> Scenario:
+def validated(
+    root: Node, known: Sequence[Problem] = (), errors: Sequence[ScenarioError] = ()
+) -> Scenario:
     """The scenario that `root`, a mapping, describes.
 
-    Raises InvalidScenarioError with every problem, and with those that are `known` already.
+    Raises InvalidScenarioError with every problem, and with those that are known already.
     """
-    problems = list(known)
+    problems = [*known, *(problem for error in errors for problem in error.problems)]
+    more = sum(error.more for error in errors)
     try:
         scenario = Scenario.model_validate(root.plain())
     except ValidationError as refused:
-        problems += _problems(refused.errors(include_url=False), root)
+        found, others = _problems(refused.errors(include_url=False), root)
+        problems += found
+        more += others
     if problems:
-        raise InvalidScenarioError(problems)
+        raise InvalidScenarioError(problems, more)
     return scenario
 
 
-def _problems(errors: list[ErrorDetails], root: Node) -> list[Problem]:
+def _problems(errors: list[ErrorDetails], root: Node) -> tuple[list[Problem], int]:
+    """What is wrong, in order of the places of single values; and how many more there are.
+
+    A mistake that a program makes is made thousands of times, and each takes time to explain.
+    """
     if found := _disagreements(errors):
-        return [_placed(problem, root) for problem in found]
+        return [_placed(problem, root) for problem in found], 0
     refusals = [refusal(error) for error in errors]
-    problems = [problem for refused in refusals if (problem := explained(refused, root))]
+    told = [refused for refused in refusals if not is_reported(refused)]
+    if len(told) > MOST_PROBLEMS:
+        told.sort(key=lambda refused: order_of(root.place_of(refused.path)))
+        first = [explained(refused, root) for refused in told[:MOST_PROBLEMS]]
+        return first, len(told) - MOST_PROBLEMS
+    problems = [explained(refused, root) for refused in told]
     bad = {tuple(map(str, refused.path)) for refused in refusals}
     for problem in _disagreements(_errors(_repaired(root, refusals))):
         if not any(_within(key, bad) for key in (problem.key, *problem.related)):
             problems.append(_placed(problem, root))
-    return problems
+    return problems, 0
 
 
 def _disagreements(errors: Iterable[ErrorDetails]) -> list[Problem]:

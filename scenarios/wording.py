@@ -1,21 +1,26 @@
-"""How values, numbers and keys are shown in messages."""
+"""How values, numbers and keys are shown in messages, each of them bounded in length."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
+from itertools import islice
+from typing import Final
 
-_LONGEST = 60
-_MOST_NAMES = 24
+_LONGEST: Final = 60
+_LONGEST_SOURCE: Final = 300
+_MOST_NAMES: Final = 24
 
 
-def one_line(text: str) -> str:
-    """`text` itself, or with escapes where it would break the line or the terminal."""
-    return text if text.isprintable() else repr(text)[1:-1]
+def one_line(text: str, longest: int = _LONGEST_SOURCE) -> str:
+    """`text` itself, or with escapes where it would break the line or the terminal, and cut."""
+    text = text[: longest + 1]
+    text = text if text.isprintable() else repr(text)[1:-1]
+    return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
 def dotted(path: Iterable[str | int]) -> str:
     """("events", 0, "vehicle") as events.0.vehicle."""
-    return ".".join(one_line(str(step)) for step in path)
+    return ".".join(one_line(str(step), _LONGEST) for step in path)
 
 
 def shown(value: object) -> str:
@@ -27,16 +32,28 @@ def shown(value: object) -> str:
             return "a mapping"
         case list() | tuple():
             return "a list"
+        case str():
+            value = value[: _LONGEST + 1]
+    text = repr(value)
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def kind_of(value: object) -> str:
+    """What sort of value it is, without showing it: the text of any file may be a secret."""
+    match value:
+        case Mapping() | list() | tuple() | None | bool():
+            return shown(value)
+        case str():
+            return "text"
         case _:
-            text = repr(value)
-            return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+            return "a number"
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names with commas between them, the first 24 and how many more there are."""
+def listed(names: Collection[str]) -> str:
+    """Names, separated by commas: the first 24, and how many more there are."""
     more = len(names) - _MOST_NAMES
-    text = ", ".join(map(one_line, names[:_MOST_NAMES]))
-    return text if more <= 0 else f"{text} and {more} more"
+    text = ", ".join(one_line(name, _LONGEST) for name in islice(names, _MOST_NAMES))
+    return f"{text} and {more} more" if more > 0 else text
 
 
 def trimmed(number: float) -> str:

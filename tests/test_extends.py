@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from io import StringIO
 from pathlib import Path
@@ -237,14 +238,14 @@ def test_a_base_that_is_no_scenario_at_all(
 
 def test_a_base_that_may_not_be_read(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     write({"base.yaml": "seed: 1\n", "s.yaml": "extends: base.yaml\n"})
-    read = Path.read_bytes
+    opened = os.open
 
-    def denied(path: Path) -> bytes:
-        if path.name == "base.yaml":
-            raise PermissionError(13, "Permission denied", str(path))
-        return read(path)
+    def denied(path: str, flags: int) -> int:
+        if path == "base.yaml":
+            raise PermissionError(13, "Permission denied", path)
+        return opened(path, flags)
 
-    monkeypatch.setattr(Path, "read_bytes", denied)
+    monkeypatch.setattr(os, "open", denied)
     lines = refusal(kind=UnreadableScenarioError)
     assert lines == ["cannot be read: Permission denied  (base.yaml)"]
     monkeypatch.undo()

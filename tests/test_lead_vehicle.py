@@ -394,10 +394,10 @@ def test_a_csv_that_cannot_be_read(here: Here) -> None:
     ]
     Path("drive.csv").mkdir()
     assert refusal() == [
-        "events.0.file: 'drive.csv' cannot be read: Is a directory  (s.yaml, line 2)"
+        "events.0.file: 'drive.csv' cannot be read: a folder, not a file  (s.yaml, line 2)"
     ]
     assert refusal('events.0.file="a\\0b"') == [
-        "events.0.file: 'a\\x00b' cannot be read: embedded null byte"
+        "events.0.file: 'a\\x00b' cannot be read: no file has such a name"
         '  (--set events.0.file="a\\0b")'
     ]
     Path("drive.csv").rmdir()
