@@ -134,7 +134,7 @@ def test_a_scenario_may_be_piped_in(tmp_path: Path) -> None:
     (tmp_path / "base.yaml").write_text("fleet: {size: 7}\n")
 
     def check(text: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "zenvoy.cli.app", "check", "-"]
+        command = [sys.executable, "-m", "zenvoy.cli", "check", "-"]
         return subprocess.run(
             command, input=text, text=True, capture_output=True, check=False, cwd=tmp_path
         )
