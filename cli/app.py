@@ -261,9 +261,11 @@ for command in COMMANDS:
 
 @app.command()
 def reproduce(
-    seeds: Annotated[int, typer.Option(min=2, help="Seeds of each case, from 1 on.")] = 30,
+    seeds: Annotated[
+        int, typer.Option(min=2, max=10_000, help="Seeds of each case, from 1 on.")
+    ] = 30,
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
+        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
     bus: Annotated[
         Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
@@ -277,15 +279,17 @@ def reproduce(
     """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
     from zenvoy.cli.reproduce import reproduce
 
-    with _studying() as at_a_time:
+    with _studying(duration_s, out, runs) as at_a_time:
         reproduce(seeds, jobs or at_a_time, bus.value, out, runs, duration_s, console)
 
 
 @app.command()
 def degradation(
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each point, from 1 on.")] = 3,
+    seeds: Annotated[
+        int, typer.Option(min=1, max=10_000, help="Seeds of each point, from 1 on.")
+    ] = 3,
     jobs: Annotated[
-        int | None, typer.Option(min=1, help="Runs at a time [default: one per core].")
+        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
     runs: Annotated[
@@ -296,14 +300,21 @@ def degradation(
     """Run bilateral control over worse and worse channels; leaves a table and a figure."""
     from zenvoy.cli.degradation import degradation
 
-    with _studying() as at_a_time:
+    with _studying(duration_s, out, runs) as at_a_time:
         degradation(seeds, jobs or at_a_time, out, runs, duration_s, console)
 
 
 @contextmanager
-def _studying() -> Iterator[int]:
-    """Runs at a time; ends politely when a study cannot go on, or is told to stop."""
+def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
+    """Runs at a time; ends politely when a study cannot begin or go on, or is told to stop."""
     from zenvoy.cli.study import StudyError
+
+    _load("paper/base", None, None, duration_s)
+    for option, folder in (("--out", out), ("--runs", runs)):  # not after an hour of runs
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            refuse(f"{option} {folder}: {error.strerror}")
 
     try:
         with interruptible():

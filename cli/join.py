@@ -19,7 +19,7 @@ from zenvoy.bus.joining import ask, at_end
 from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import plain_name, vehicle_name
 from zenvoy.cli.guests import GuestsError, read_meeting
-from zenvoy.cli.terminal import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_PROCESS_LOST
+from zenvoy.cli.terminal import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_PROCESS_LOST, requests_to_end
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.knowledge import prepare
 from zenvoy.vehicles.process import run_vehicle
@@ -119,8 +119,9 @@ class _Drive:
         prepare(self._scenario)
         (prefer_latency if self._scenario.clock == "realtime" else prefer_throughput)()
         setproctitle(f"zenvoy {self._name} {self._wiring.run}")
-        for number in (signal.SIGINT, signal.SIGHUP):
-            signal.signal(number, lambda *_: _ask_to_end())
+        for number in requests_to_end():
+            if number != signal.SIGTERM:  # the bus takes that one itself
+                signal.signal(number, lambda *_: _ask_to_end())
         try:
             run_vehicle(self._scenario, self._vehicle, self._wiring, on_joined)
         except StoppedError:

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.cli.terminal import visible
 
 _LINE_EVERY_NS: Final = 5_000_000_000
 
@@ -30,7 +31,7 @@ class RunProgress:
             disable=not console.is_terminal,
             transient=True,
         )
-        self._task = self._bar.add_task(name, total=duration_s, pace="starting")
+        self._task = self._bar.add_task(visible(name), total=duration_s, pace="starting")
 
     def __enter__(self) -> Self:
         self._bar.start()

@@ -25,6 +25,7 @@ from zenvoy.cli.limits import require_room_for
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.sockets import socket_folder
 from zenvoy.cli.supervisor import Supervisor
+from zenvoy.cli.terminal import requests_to_end
 from zenvoy.scenarios import Loaded, MultiNode, Scenario, effective_json, roster
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.knowledge import prepare
@@ -183,7 +184,7 @@ def _interrupted_between(recorder: Recorder) -> Iterator[None]:
             raise KeyboardInterrupt
 
     recorder.on_clock = tick
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    numbers = requests_to_end()
     before = [signal.signal(number, ask) for number in numbers]
     try:
         yield

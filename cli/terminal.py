@@ -17,6 +17,8 @@ EXIT_BAD_INPUT = 2
 EXIT_PROCESS_LOST = 3
 EXIT_INTERRUPTED = 130
 
+_NARROWEST: Final = 40  # columns at which tables can still be read
+_USUAL: Final = 80
 _REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # A name may hold what a terminal would obey. U+2400 and the next picture it instead.
 _CONTROLS: Final = {
@@ -26,8 +28,13 @@ _CONTROLS: Final = {
 }
 
 
+def visible(text: str) -> str:
+    """The text without any character that a terminal would obey."""
+    return text.translate(_CONTROLS)
+
+
 class _Visible:
-    """What is to be printed, without any character that a terminal would obey."""
+    """What is to be printed, made visible."""
 
     def __init__(self, shown: ConsoleRenderable) -> None:
         self._shown = shown
@@ -37,7 +44,7 @@ class _Visible:
             if segment.control:
                 yield segment
             else:
-                yield Segment(segment.text.translate(_CONTROLS), segment.style)
+                yield Segment(visible(segment.text), segment.style)
 
 
 class _Texts(RenderHook):
@@ -49,6 +56,8 @@ def _console(*, stderr: bool) -> Console:
     """A console to which texts are texts: no markup, no emoji, nothing that moves the cursor."""
     made = Console(stderr=stderr, soft_wrap=stderr, highlight=False, markup=False, emoji=False)
     made.push_render_hook(_Texts())
+    if made.width < _NARROWEST:  # with COLUMNS=0 nothing at all would be shown
+        made.width = _USUAL
     return made
 
 

@@ -82,6 +82,12 @@ def test_files_are_written_before_anything_is_told(tmp_path: Path) -> None:
     assert shell(tmp_path, line) == (0, "", b"o/channel.html\n")
 
 
+def test_a_terminal_without_width_is_told_all_the_same(tmp_path: Path) -> None:
+    code, said, told = shell(tmp_path, "zenvoy technologies", COLUMNS="0")
+    assert (code, said) == (0, "")
+    assert b"640 MHz" in b" ".join(told.split())
+
+
 @pytest.fixture
 def streams() -> Iterator[None]:
     """Those of Python again, after a test that has put others in their place."""
