@@ -7,6 +7,7 @@ from typing import Final
 
 from zenvoy.analysis.estimation import estimation_section
 from zenvoy.analysis.load import Run
+from zenvoy.analysis.manoeuvres import manoeuvres_section
 from zenvoy.analysis.motion_section import motion_section
 from zenvoy.analysis.punctuality_section import punctuality_section
 from zenvoy.analysis.section import Section
@@ -24,4 +25,6 @@ CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
 def chapters(run: Run) -> tuple[Section, ...]:
     """Every chapter of a run that has motion to show; raises LogError."""
     live = (punctuality_section,) if run.scenario.clock == "realtime" else ()
-    return tuple(chapter(run) for chapter in (*CHAPTERS, *live))
+    motion, *others = (chapter(run) for chapter in (*CHAPTERS, *live))
+    manoeuvres = manoeuvres_section(run)
+    return (motion, *(() if manoeuvres is None else (manoeuvres,)), *others)

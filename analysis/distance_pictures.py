@@ -15,6 +15,7 @@ from zenvoy.analysis.metrics import gaps, largest_gaps, smallest_gaps
 from zenvoy.analysis.motion import Band, over_windows
 from zenvoy.analysis.safety import smallest, time_headway, time_to_collision
 from zenvoy.analysis.style import CYCLE, THEORY, figure_legend, legend, subplots
+from zenvoy.scenarios import roster
 
 Floats = NDArray[np.float64]
 
@@ -92,13 +93,12 @@ def headways(run: Run) -> Figure:
     headway = time_headway(gap, run.truth["speed"])
     known = headway[~np.isnan(headway)]
     figure, axes = subplots(height_in=2.8)
-    control = run.scenario.control
-    desired_s = control.desired_gap_m / max(control.desired_speed_mps, _SLOW_MPS)
+    desired_s = _desired_s(run)
     low, high = _headway_limits(known, desired_s)
     edges = np.linspace(low, high, 101)
     weights = np.full(known.size, 100.0 / max(known.size, 1))
     axes.hist(np.clip(known, low, high), bins=edges, weights=weights, color=CYCLE[0])
-    if low <= desired_s <= high:
+    if desired_s is not None and low <= desired_s <= high:
         axes.axvline(desired_s, color=THEORY, lw=1.2, ls="--", label=f"desired: {desired_s:.2f} s")
         legend(axes)
     axes.set_axisbelow(True)
@@ -109,15 +109,28 @@ def headways(run: Run) -> Figure:
     return figure
 
 
-def _headway_limits(known: Floats, desired_s: float) -> tuple[float, float]:
+def _headway_limits(known: Floats, desired_s: float | None) -> tuple[float, float]:
     """What the axis shows, s: all that there is, with the desired one, up to 5 s."""
-    shown = np.append(known, desired_s) if desired_s <= _HEADWAY_S else known
+    shown = known
+    if desired_s is not None and desired_s <= _HEADWAY_S:
+        shown = np.append(known, desired_s)
     shown = shown[shown <= _HEADWAY_S]
     if not shown.size:
         return 0.0, _HEADWAY_S
     margin = 0.1 * max(float(np.ptp(shown)), 0.5)
     high = _HEADWAY_S if (known > _HEADWAY_S).any() else float(shown.max()) + margin
     return max(0.0, float(shown.min()) - margin), high
+
+
+def _desired_s(run: Run) -> float | None:
+    """Time headway that desired gap and speed make, s; None where they differ or change."""
+    desired = set()
+    for told in roster(run.scenario):
+        gap, speed = told.targets.desired_gap_m, told.targets.desired_speed_mps
+        if len(gap.points) > 1 or len(speed.points) > 1:
+            return None
+        desired.add(told.desired_gap_m / max(told.desired_speed_mps, _SLOW_MPS))
+    return desired.pop() if len(desired) == 1 else None
 
 
 def run_time_to_collision(run: Run) -> Floats:

@@ -14,6 +14,7 @@ from zenvoy.scenarios import Outage, Rule, Scenario
 
 Kind = Literal["brake", "trace", "switch", "outage", "rule", "incident"]
 
+_SWITCHES: Final = {pb.EVENT_MODEL: "switch", pb.EVENT_TARGET: "change"}
 _INCIDENTS: Final = {
     pb.EVENT_COLLISION: "collides with the vehicle ahead",
     pb.EVENT_PROCESS_LOST: "lost",
@@ -49,9 +50,9 @@ def happenings(run: Run) -> list[Happening]:
 def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
     """When the schedule switched (s), and to what; not what has been in force from the start."""
     return [
-        (event.time_ns * 1e-9, f"switch to {event.text}")
+        (event.time_ns * 1e-9, f"{_SWITCHES[event.kind]} to {event.text}")
         for event in events
-        if event.kind == pb.EVENT_MODEL and event.time_ns > 0
+        if event.kind in _SWITCHES and event.time_ns > 0
     ]
 
 

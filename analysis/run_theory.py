@@ -12,7 +12,7 @@ from zenvoy.analysis.load import Run
 from zenvoy.analysis.theory import BCM, FM, Coupling, mbcm, total_delay_s, weights_of
 from zenvoy.analysis.theory_chain import Member, open_road
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import roster
+from zenvoy.scenarios import Gains, Targets, roster
 
 Rows = NDArray[np.int64]
 
@@ -69,9 +69,15 @@ def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
     predicts = mode == pb.MODE_PBCM
     return Member(
         _coupling(run, vehicle, mode, rows),
-        roster(scenario)[vehicle].gains,
+        _gains(roster(scenario)[vehicle].targets, float(run.estimate["time_ns"][rows[0]])),
         total_delay_s(scenario.control, scenario.period_ms, predicts=predicts),
     )
+
+
+def _gains(targets: Targets, time_ns: float) -> Gains:
+    """Those in force at a time."""
+    at_ns = int(time_ns)
+    return Gains(k_d=targets.k_d.at(at_ns), k_v=targets.k_v.at(at_ns), k_c=targets.k_c.at(at_ns))
 
 
 def _coupling(run: Run, vehicle: int, mode: int, rows: Rows) -> Coupling | None:
@@ -100,6 +106,14 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
         caveats.append(
             f"In {100.0 * seldom:.0f} % of their time vehicles were under another law than most "
             "of the time; the theory takes the prevailing one of each."
+        )
+    start_ns, end_ns = (int(run.estimate["time_ns"][row]) for row in (rows[0], rows[-1]))
+    told = [told.targets for told in roster(run.scenario)]
+    if any(
+        not course.is_constant(start_ns, end_ns) for t in told for course in (t.k_d, t.k_v, t.k_c)
+    ):
+        caveats.append(
+            "The schedule changes gains in that time; the theory takes those at its beginning."
         )
     if pb.MODE_PBCM in modes and run.scenario.sensors.error > 0.0:
         caveats.append(

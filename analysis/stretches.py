@@ -79,6 +79,8 @@ def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
             ends.append((at_s, f"a collision of vehicle {event.vehicle}"))
         if event.kind == pb.EVENT_MODEL and at_s > first.start_s:
             ends.append((at_s, f"the switch to {event.text}"))
+        if event.kind == pb.EVENT_TARGET and at_s > first.start_s:
+            ends.append((at_s, f"the change to {event.text}"))
     for other in disturbances(run.events):
         if other.vehicle != first.vehicle:
             ends.append((other.start_s, f"the disturbance of vehicle {other.vehicle}"))

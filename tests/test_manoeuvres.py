@@ -201,9 +201,9 @@ def test_a_platoon_opens_a_gap() -> None:
     assert speed[900] == pytest.approx([22.0] * 8, abs=0.1)
     told = [(event.time_ns // S_NS, event.text) for event in events]
     assert told == [
-        (20, "desired_speed_mps 22 within 6 s: 1"),
-        (30, "desired_gap_m 35 within 20 s: 5"),
-        (90, "desired_gap_m 15 within 20 s: 5"),
+        (20, "desired speed 22 m/s within 6 s: 1"),
+        (30, "desired gap 35 m within 20 s: 5"),
+        (90, "desired gap 15 m within 20 s: 5"),
     ]
     assert {event.kind for event in events} == {pb.EVENT_TARGET}
 
@@ -265,7 +265,7 @@ def test_a_brake_with_a_return_ends_at_the_speed_before(tmp_path: Path) -> None:
     assert [(e.time_ns / S_NS, e.kind, e.text) for e in events] == [
         (2.05, pb.EVENT_BRAKE, "3 m/s²"),
         (4.05, pb.EVENT_BRAKE_END, ""),
-        (4.05, pb.EVENT_TRACE, "back to the speed before the brake"),
+        (4.05, pb.EVENT_TRACE, "return to its speed before the brake"),
         (8.05, pb.EVENT_TRACE_END, ""),
     ]
 

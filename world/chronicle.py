@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
 from zenvoy.scenarios import Scenario, Sine, Switch, Trace
+
+_TARGETS: Final = {
+    "desired_gap_m": "desired gap {:g} m",
+    "desired_speed_mps": "desired speed {:g} m/s",
+    "k_d": "k_d {:g}",
+    "k_v": "k_v {:g}",
+    "k_c": "k_c {:g}",
+}
 
 
 class Chronicle:
@@ -66,7 +75,7 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
         events += _spell(brake.vehicle, span, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
         if brake.return_s is not None:
             span = (brake.end_ns, brake.returned_ns)
-            text = "back to the speed before the brake"
+            text = "return to its speed before the brake"
             events += _spell(brake.vehicle, span, pb.EVENT_TRACE, pb.EVENT_TRACE_END, text)
     for profile in scenario.profiles:
         span, text = (profile.start_ns, profile.end_ns), _in_words(profile)
@@ -75,9 +84,9 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
 
 
 def _targets(switch: Switch) -> str:
-    """What changes, and within which time: "desired_gap_m 40 within 20 s"."""
-    changes = ", ".join(f"{name} {value:g}" for name, value in switch.targets.items())
-    return f"{changes} within {switch.ramp_s:g} s" if switch.ramp_s else changes
+    """What changes, and within which time: "desired gap 40 m within 20 s"."""
+    said = ", ".join(_TARGETS[name].format(value) for name, value in switch.targets.items())
+    return f"{said} within {switch.ramp_s:g} s" if switch.ramp_s else said
 
 
 def _spell(
