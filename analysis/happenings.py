@@ -12,7 +12,7 @@ from zenvoy.analysis.spans import Disturbance, disturbances
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Outage, Rule, Scenario
 
-Kind = Literal["brake", "trace", "switch", "outage", "rule", "incident"]
+Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "incident"]
 
 _SWITCHES: Final = {pb.EVENT_MODEL: "switch", pb.EVENT_TARGET: "change"}
 _INCIDENTS: Final = {
@@ -23,6 +23,9 @@ _INCIDENTS: Final = {
     pb.EVENT_SILENT_END: "commands again",
     pb.EVENT_STOPPED: "the run is stopped",
 }
+
+
+_UNITS: Final = {"_mps": " m/s", "_m": " m"}
 
 
 class Happening(NamedTuple):
@@ -42,6 +45,7 @@ def happenings(run: Run) -> list[Happening]:
     last_s = float(run.time_s[-1]) if len(run.time_s) else 0.0
     found = [_disturbance(disturbance) for disturbance in disturbances(run.events)]
     found += [Happening("switch", at_s, at_s, text) for at_s, text in switches(run.events)]
+    found += manoeuvres(run.scenario, last_s)
     found += impairments(run.scenario, last_s)
     found += _incidents(run.events)
     return sorted(found, key=lambda happening: happening.start_s)
@@ -54,6 +58,18 @@ def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
         for event in events
         if event.kind in _SWITCHES and event.time_ns > 0
     ]
+
+
+def manoeuvres(scenario: Scenario, last_s: float) -> list[Happening]:
+    """Changes of desired gap, desired speed or gains that begin before `last_s`."""
+    found = []
+    for switch in scenario.control.schedule:
+        if switch.targets and 0.0 < switch.at_s < last_s:
+            changes = [_change(name, value) for name, value in switch.targets.items()]
+            whom = "" if switch.vehicles is None else f" of {_vehicles(switch.vehicles)}"
+            text = f"new targets{whom}: {', '.join(changes)}"
+            found.append(Happening("manoeuvre", switch.at_s, switch.at_s + switch.ramp_s, text))
+    return found
 
 
 def impairments(scenario: Scenario, last_s: float) -> list[Happening]:
@@ -100,7 +116,15 @@ def timeline(run: Run) -> Sheet | None:
 
 def _disturbance(of: Disturbance) -> Happening:
     verb = "brakes with" if of.kind == "brake" else "follows a"
+    verb = "goes" if of.text.startswith("back") else verb
     return Happening(of.kind, of.start_s, of.end_s, f"vehicle {of.vehicle} {verb} {of.text}")
+
+
+def _change(name: str, value: float) -> str:
+    """A target with its unit: "desired gap 35 m"."""
+    unit = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), "")
+    stem = name.removesuffix("_m").removesuffix("_mps")
+    return f"{stem if stem.startswith('k_') else stem.replace('_', ' ')} {value:g}{unit}"
 
 
 def _incidents(events: Sequence[pb.Event]) -> Iterator[Happening]:

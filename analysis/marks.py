@@ -20,6 +20,7 @@ Span = tuple[float, float]
 _LOOKS: Final = {
     "brake": ("#D55E00", 0.22, "brake"),
     "trace": ("#CC79A7", 0.18, "speed trace"),
+    "manoeuvre": ("#56B4E9", 0.25, "manoeuvre"),
     "outage": ("#F0E442", 0.45, "outage"),
     "rule": ("#009E73", 0.18, "channel rule"),
 }
@@ -42,6 +43,7 @@ def mark(
                 (max(low, happening.start_s), min(high, happening.end_s))
                 for happening in found
                 if happening.kind == kind
+                and happening.start_s < happening.end_s
                 and happening.start_s < high
                 and happening.end_s > low
                 and not (happening.start_s <= low and happening.end_s >= high)
@@ -60,7 +62,7 @@ def mark(
                 linewidth=0.5,
             )
             axes.add_collection(shade, autolim=False)
-    times = [each.start_s for each in found if each.kind == "switch" and low < each.start_s < high]
+    times = [at_s for at_s in map(_switched, found) if at_s is not None and low < at_s < high]
     if times:
         look: dict[str, Any] = {"linewidth": 0.8, "linestyle": "--"}
         lines = LineCollection(
@@ -71,6 +73,12 @@ def mark(
         )
         axes.add_collection(lines, autolim=False)
         axes.plot([], [], color="black", label="switch", **look)  # white is not seen in a legend
+
+
+def _switched(happening: Happening) -> float | None:
+    """When something was switched that takes no time, s."""
+    at_once = happening.kind == "manoeuvre" and happening.start_s == happening.end_s
+    return happening.start_s if happening.kind == "switch" or at_once else None
 
 
 def united(spans: Sequence[Span]) -> list[Span]:

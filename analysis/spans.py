@@ -73,7 +73,7 @@ def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
     if disturbed:
         first_s = min(one.start_s for one in disturbed)
         last_s = max(one.end_s for one in disturbed)
-        braking = all(one.kind == "brake" for one in disturbed)
+        braking = min(disturbed, key=lambda one: one.start_s).kind == "brake"
         before = "before_braking" if braking else "before_disturbance"
         found += [
             Span(before, first_s - _SETTLED_S, first_s),

@@ -22,7 +22,11 @@ from zenvoy.scenarios import Scenario
 BUSY: Final = """
 duration_s: 12
 fleet: {size: 5, groups: [{name: old, vehicles: 4}]}
-control: {model: BCM, schedule: [{at_s: 3, model: PBCM}]}
+control:
+  model: BCM
+  schedule:
+    - {at_s: 3, model: PBCM}
+    - {at_s: 3.5, vehicles: 2, desired_gap_m: 40, desired_speed_mps: 29, ramp_s: 2}
 channel:
   outages:
     - {from_s: 5, until_s: 7}
@@ -32,7 +36,7 @@ channel:
     - {from_s: 2, until_s: 30, from_m: 20, loss: {p: 0.5}}
     - {source: 2-3, latency: {distribution: fixed, mean_ms: 5}}
 events:
-  - {vehicle: 2, at_s: 4, duration_s: 1, deceleration_mps2: 3}
+  - {vehicle: 2, at_s: 4, duration_s: 1, deceleration_mps2: 3, return_s: 2}
   - {type: sine, vehicle: 1, at_s: 6, duration_s: 20, amplitude_mps: 1, frequency_hz: 0.1}
   - {vehicle: 2, at_s: 60, duration_s: 1, deceleration_mps2: 3}
 """
@@ -49,7 +53,14 @@ def test_everything_that_happened_is_told_in_order(run: Run) -> None:
         Happening("rule", 0.0, math.inf, "other latency from vehicles 2-3"),
         Happening("rule", 2.0, math.inf, "other loss on the road from 20 m to the end"),
         Happening("switch", 3.0, 3.0, "switch to PBCM"),
+        Happening(
+            "manoeuvre",
+            3.5,
+            5.5,
+            "new targets of vehicle 2: desired gap 40 m, desired speed 29 m/s",
+        ),
         Happening("brake", 4.0, 5.0, "vehicle 2 brakes with 3 m/s²"),
+        Happening("trace", 5.0, 7.0, "vehicle 2 goes back to the speed before the brake"),
         Happening("outage", 5.0, 7.0, "outage: no frame gets through"),
         Happening("trace", 6.0, math.inf, "vehicle 1 follows a sine, 30 ± 1 m/s, 0.1 Hz"),
         Happening(
@@ -129,13 +140,14 @@ def test_what_lies_within_the_axis_is_marked(image: bool) -> None:
         Happening("brake", 12.0, 14.0, ""),
         Happening("outage", 0.0, 11.0, ""),
         Happening("switch", 15.0, 15.0, ""),
+        Happening("manoeuvre", 16.0, 18.0, ""),
     ]
     outside = [
         Happening("outage", 2.0, 9.0, ""),
         Happening("switch", 0.0, 0.0, ""),
         Happening("rule", 0.0, math.inf, ""),  # all of it: there is nothing to tell apart
     ]
-    assert labels(inside, image=image) == {"brake", "outage", "switch"}
+    assert labels(inside, image=image) == {"brake", "outage", "switch", "manoeuvre"}
     assert labels(outside, image=image) == set()
 
 
