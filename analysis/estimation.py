@@ -51,7 +51,7 @@ def estimation_section(run: Run) -> Section:
     if all(np.isnan(quantity.estimated).all() for quantity in found):
         note = "Nothing was estimated: the models of this run act on readings as they are."
         return Section(title=_TITLE, notes=(note,))
-    vehicle = first_disturbed(run)
+    vehicle = _shown(run, found)
     return Section(
         title=_TITLE,
         sheets=(
@@ -62,6 +62,19 @@ def estimation_section(run: Run) -> Section:
         pictures=_pictures(run, found, vehicle),
         notes=_notes(run, found),
     )
+
+
+def _shown(run: Run, found: Sequence[Quantity]) -> int:
+    """The first vehicle that is disturbed, or the next one behind it that estimates all it could.
+
+    Others may be under laws that estimate nothing.
+    """
+    first = first_disturbed(run)
+    order = [(first - 1 + k) % run.vehicles for k in range(run.vehicles)]
+    known = [
+        sum(not np.isnan(quantity.estimated[:, v]).all() for quantity in found[:3]) for v in order
+    ]
+    return order[known.index(max(known))] + 1
 
 
 def agreement_sheet(found: Sequence[Quantity], vehicle: int | None) -> Sheet:

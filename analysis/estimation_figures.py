@@ -77,8 +77,9 @@ def draw_errors(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
         band = 3.0 * std
         axis.fill_between(time_s, -band, band, **_BAND, label="±3 σ claimed")
         axis.plot(time_s, error, color=ESTIMATED, lw=0.6, label="error of the estimate")
-        limit = 1.6 * max(np.nanmedian(band), np.nanpercentile(np.abs(error), 99.5))
-        axis.set_ylim(-limit, limit)  # the first cycles, with P = R, would flatten the rest
+        if not np.isnan(error).all():
+            limit = 1.6 * max(np.nanmedian(band), np.nanpercentile(np.abs(error), 99.5))
+            axis.set_ylim(-limit, limit)  # the first cycles, with P = R, would flatten the rest
         axis.set_ylabel(f"{quantity.name},\n{quantity.unit}")
     axes[-1].set_xlim(time_s[0], max(time_s[-1], time_s[0] + 1e-3))
     for axis in axes:

@@ -359,6 +359,23 @@ events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
         drawn(picture)
 
 
+def test_one_that_estimates_nothing_is_not_shown(folder: Path) -> None:
+    """Also where it is the one that brakes, as a human driver among others."""
+    text = """
+duration_s: 6
+fleet: {size: 5, groups: [{name: humans, vehicles: "2, 3", model: FM, beacons: false}]}
+events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
+"""
+    run = load(write_log(folder / "humans.mcap", text))
+    section = estimation_section(run)
+    assert first_disturbed(run) == 2
+    assert section.sheets[1].title == "Agreement with the truth, vehicle 4"
+    assert cell(section.sheets[1], "samples", "gap ahead, m", "estimated") > 0
+    assert any("2 of 5 vehicles estimate nothing" in note for note in section.notes)
+    for picture in section.pictures:
+        drawn(picture)
+
+
 def test_an_interrupted_run_is_judged_up_to_there(folder: Path) -> None:
     section = estimation_section(load(write_log(folder / "i.mcap", PBCM, until_cycle=50)))
     assert 40 * 6 < cell(section.sheets[0], "samples", "own speed, m/s", "measured") <= 50 * 6
