@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from zenvoy.analysis.compare_figures import Labelled, comparison_pictures
 from zenvoy.analysis.load import Run
@@ -15,6 +15,7 @@ from zenvoy.analysis.section import Cell, Section, Sheet
 from zenvoy.analysis.summary import Summary
 
 _ABSENT = "–"
+_ROUNDING: Final = 1e-12  # of a figure: less is no difference of runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,7 +130,9 @@ def _figures(compared: Sequence[Compared]) -> Sheet:
 
 def _difference(cell: Cell, first: Cell) -> Cell:
     if isinstance(cell, int | float) and isinstance(first, int | float):
-        return cell - first
+        difference = cell - first
+        rounding = abs(difference) <= _ROUNDING * max(abs(cell), abs(first))
+        return type(difference)(0) if rounding else difference
     return None
 
 

@@ -29,6 +29,11 @@ class Column(NamedTuple):
         """Characters of its longest cell."""
         return max(map(len, self.cells), default=0)
 
+    @property
+    def longest_word(self) -> int:
+        """Characters of the longest word in a cell."""
+        return max((len(word) for cell in self.cells for word in cell.split()), default=0)
+
 
 def columns(sheet: Sheet, most_rows: int) -> list[Column]:
     """The first rows of a sheet, column by column.

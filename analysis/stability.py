@@ -16,6 +16,7 @@ Complexes = NDArray[np.complex128]
 
 _EARLIER_S: Final = 2.0  # by how much a dip may come before that of the vehicle ahead
 _IN_LINE: Final = 0.5  # R² of a line through arrivals from which its slope is a speed
+_MOST_SKIPPED: Final = 2  # vehicles without a dip: beyond, another wave would be found
 _SAME: Final = 1e-9  # m/s: rounding
 _SAMPLES: Final = 90  # of a mode's amplitude, for its fit, and up to twice as many
 _NOISES: Final = 3.0  # root mean squares: more is no noise
@@ -54,13 +55,15 @@ def arrivals(
     `order`: columns of `deviation` (T, n) as the wave meets them, the disturbed vehicle first. At
     each vehicle the dip is looked for from a little before that of the one before, since who hears
     of a braking by V2V may be slowest first, until `reach_s` after it. A vehicle whose speed has
-    no minimum there is left out. The instant is that of the parabola through the three lowest
-    rows.
+    no minimum there is left out, and after two of them the wave is lost. The instant is that of
+    the parabola through the three lowest rows.
     """
     behind: list[int] = []
     found: list[float] = []
     for k, column in enumerate(order):
         since, at_s = (k - behind[-1], found[-1]) if found else (1, float(time_s[0]))
+        if since > _MOST_SKIPPED + 1:
+            break
         low, high = _span(time_s, at_s, since * reach_s)
         values = deviation[low:high, column]
         row = int(np.argmax(values <= values.min() + _SAME))

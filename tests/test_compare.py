@@ -15,7 +15,7 @@ from tests.conftest import Outcome, zenvoy
 from tests.logs import write_log
 from tests.pages import Read, read
 from zenvoy.analysis import style
-from zenvoy.analysis.compare import Compared, comparison, comparison_page
+from zenvoy.analysis.compare import Compared, _difference, comparison, comparison_page
 from zenvoy.analysis.compare_figures import Labelled, colours, comparison_pictures
 from zenvoy.analysis.distribution import steps
 from zenvoy.analysis.instants import instants_s
@@ -129,7 +129,7 @@ def test_differences_are_those_of_the_summaries(folder: Path) -> None:
     for name, unit, a, b, difference in table.rows:
         assert (a, b) == (first.get((str(name), str(unit))), second.get((str(name), str(unit))))
         if isinstance(a, int | float) and isinstance(b, int | float):
-            assert difference == b - a
+            assert difference == pytest.approx(b - a, abs=1e-9)
         else:
             assert difference is None  # BCM has no estimates
     assert any(row[4] is None for row in table.rows)
@@ -261,3 +261,11 @@ def test_what_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:
         2,
         f"{log}: one run alone; name two or more to compare\n",
     )
+
+
+def test_rounding_is_no_difference() -> None:
+    assert _difference(10.4, 10.400000000000004) == 0.0
+    assert _difference(10.5, 10.4) == pytest.approx(0.1)
+    assert _difference(3, 3) == 0
+    assert _difference(1e-15, 0.0) == 1e-15
+    assert _difference(None, 1.0) is None

@@ -164,3 +164,14 @@ def test_what_the_font_has_not_is_no_reason_to_warn() -> None:
 def test_a_bad_page_would_be_found(html: str) -> None:
     with pytest.raises(AssertionError):
         read(html)
+
+
+def test_texts_fold_and_none_is_cut_off(pictures: dict[str, Drawn]) -> None:
+    """A fingerprint may break within; nothing but a number is kept on one line."""
+    sheet = Sheet(name="s", title="S", columns=("run", "fingerprint"), rows=(("a", "0" * 16),))
+    html = render(replace(PAGE, sections=(replace(SECTION, sheets=(sheet,)),)), pictures)
+    assert '<td class="b">0000000000000000</td>' in html
+    style = html.partition("<style>")[2].partition("@media print")[0]
+    unbroken = [line for line in style.splitlines() if "nowrap" in line]
+    assert all(line.startswith(".n ") for line in unbroken)
+    assert re.search(r"\.b \{ overflow-wrap: anywhere; \}", style)

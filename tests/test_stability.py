@@ -68,6 +68,14 @@ def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
     np.testing.assert_allclose(found.time_s, at, atol=2e-3)
 
 
+def test_a_wave_is_lost_after_two_without_a_dip() -> None:
+    time = np.arange(0.0, 60.0, 0.1)
+    deviation = bumps(time, [5.0, 6.0, 7.0, 8.0, 9.0, 30.0], [4.0] * 6)
+    deviation[:, 2:5] = -0.2 * time[:, None]
+    found = arrivals(time, deviation, np.arange(6), 0.5, 8.0)
+    assert found.behind.tolist() == [0, 1]
+
+
 def test_dips_that_are_in_no_order_have_no_speed() -> None:
     """Of noise, a line through the arrivals would make hundreds of metres per second."""
     behind = np.arange(5)
