@@ -14,7 +14,6 @@ from zenvoy.scenarios import Outage, Rule, Scenario
 
 Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "incident"]
 
-_SWITCHES: Final = {pb.EVENT_MODEL: "switch", pb.EVENT_TARGET: "change"}
 _INCIDENTS: Final = {
     pb.EVENT_COLLISION: "collides with the vehicle ahead",
     pb.EVENT_PROCESS_LOST: "lost",
@@ -52,11 +51,11 @@ def happenings(run: Run) -> list[Happening]:
 
 
 def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
-    """When the schedule switched (s), and to what; not what has been in force from the start."""
+    """When the schedule switched models (s), and to what; not what is in force from the start."""
     return [
-        (event.time_ns * 1e-9, f"{_SWITCHES[event.kind]} to {event.text}")
+        (event.time_ns * 1e-9, f"switch to {event.text}")
         for event in events
-        if event.kind in _SWITCHES and event.time_ns > 0
+        if event.kind == pb.EVENT_MODEL and event.time_ns > 0
     ]
 
 
@@ -116,7 +115,6 @@ def timeline(run: Run) -> Sheet | None:
 
 def _disturbance(of: Disturbance) -> Happening:
     verb = "brakes with" if of.kind == "brake" else "follows a"
-    verb = "goes" if of.text.startswith("back") else verb
     return Happening(of.kind, of.start_s, of.end_s, f"vehicle {of.vehicle} {verb} {of.text}")
 
 

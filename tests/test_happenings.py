@@ -60,7 +60,7 @@ def test_everything_that_happened_is_told_in_order(run: Run) -> None:
             "new targets of vehicle 2: desired gap 40 m, desired speed 29 m/s",
         ),
         Happening("brake", 4.0, 5.0, "vehicle 2 brakes with 3 m/s²"),
-        Happening("trace", 5.0, 7.0, "vehicle 2 goes back to the speed before the brake"),
+        Happening("trace", 5.0, 7.0, "vehicle 2 follows a return to its speed before the brake"),
         Happening("outage", 5.0, 7.0, "outage: no frame gets through"),
         Happening("trace", 6.0, math.inf, "vehicle 1 follows a sine, 30 ± 1 m/s, 0.1 Hz"),
         Happening(
