@@ -1,0 +1,17 @@
+"""What a table of a log may hold, and what is damage."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from zenvoy.analysis.plausible import fleet_fault
+
+
+def test_a_command_that_never_came_in_real_time_is_no_damage() -> None:
+    table = {"acceleration": np.array([[0.5, np.nan]]), "effective_ns": np.array([[5, -1]])}
+    assert fleet_fault("/fleet/command", table, 2) is None
+
+
+def test_a_truth_that_is_missing_is_damage() -> None:
+    table = {"speed": np.array([[30.0, np.nan]])}
+    assert fleet_fault("/fleet/truth", table, 2) == "speed holds what is no number of a run"
