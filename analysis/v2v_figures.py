@@ -23,6 +23,7 @@ from zenvoy.analysis.style import (
     is_long,
     legend,
     long_axis,
+    plain_log,
     subplots,
     whole_numbers,
 )
@@ -126,7 +127,7 @@ def draw_ages(counts: Mapping[str, NDArray[np.int64]], period_ms: float, limit_m
         older = np.where(not_older < 1.0, 1.0 - not_older, np.nan)
         tail.step(at_ms, 100.0 * older, where="post", **look)
     tail.set_yscale("log")
-    tail.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    plain_log(tail.yaxis)
     curve.set_ylabel("decisions, %, not older")
     tail.set_ylabel("decisions, %, older")
     curve.set_ylim(0.0, 103.0)
