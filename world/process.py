@@ -18,6 +18,7 @@ from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live import LiveWorld
+from zenvoy.world.memory import give_back_large_blocks
 from zenvoy.world.recorder import Labels, Recorder
 
 
@@ -32,6 +33,7 @@ def run_world(
 
     However it ends, the log at `path` is ended properly, if that can be, and says how.
     """
+    give_back_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
         bus: ZenohBus | LiveBus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
         world = LiveWorld(scenario)
