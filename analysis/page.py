@@ -6,11 +6,12 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from zenvoy.analysis.digits import columns
@@ -44,13 +45,6 @@ def render(page: Page, pictures: Mapping[str, Drawn]) -> str:
     Raises ValueError where two sheets or two pictures share a name.
     """
     _refuse_doubles(page.sections)
-    template = Environment(
-        loader=FileSystemLoader(_HERE),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        keep_trailing_newline=True,
-    ).get_template("page.jinja")
     css = Markup((_HERE / "page.css").read_text(encoding="utf-8"))  # ours alone
     tables, figures = count(1), count(1)
     chapters = [
@@ -69,7 +63,18 @@ def render(page: Page, pictures: Mapping[str, Drawn]) -> str:
         }
         for section in page.sections
     ]
-    return template.render(page=page, css=css, chapters=chapters)
+    return _template().render(page=page, css=css, chapters=chapters)
+
+
+@cache
+def _template() -> Template:
+    return Environment(
+        loader=FileSystemLoader(_HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    ).get_template("page.jinja")
 
 
 def _table(sheet: Sheet, number: int) -> dict[str, Any]:
