@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -51,7 +52,8 @@ def write_log(
     agents: list[Agent] = [WorldAgent(loaded.scenario), ChannelAgent(loaded.scenario)]
     for vehicle in range(1, loaded.scenario.fleet.size + 1):
         agents.append(VehicleAgent(loaded.scenario, vehicle))
-    with Recorder(path, labels_of(loaded, "in-process", 1), clock) as recorder:
+    labels = replace(labels_of(loaded, "in-process", 1), run=path.stem)  # for equal bytes each time
+    with Recorder(path, labels, clock) as recorder:
         recorder.on_clock = interrupt
         try:
             InProcessBus(agents, recorder.log).run()

@@ -8,14 +8,15 @@ messages, where all checksums hold again. Each goes through `info --verify`, `an
 but the data: those of data that were drawn before are not drawn again, nor, after the first
 PICTURES, any others; all that is computed for them is.
 
-Prints a table by kind of mutant, and exits with 1 if one ended in a traceback, took more than a
-minute, or was read without a word.
+Prints a table by kind of mutant, at SIGTERM that of the mutants so far, and exits with 1 if one
+ended in a traceback, took more than a minute, or was read without a word.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
+import os
 import random
 import signal
 import struct
@@ -388,12 +389,12 @@ class Mutator:
 class Outcome:
     """What became of the mutants, by kind; of those that went wrong, how."""
 
-    codes: Counter[tuple[str, str]] = field(default_factory=Counter)
     told: Counter[str] = field(default_factory=Counter)
     """Read with notes."""
     quiet: Counter[str] = field(default_factory=Counter)
     """Read without a word, of kinds where that is no fault."""
     refused: Counter[str] = field(default_factory=Counter)
+    tried: int = 0
     wrong: list[str] = field(default_factory=list)
     slowest_s: float = 0.0
     drawn: int = 0
@@ -515,17 +516,34 @@ def _limited() -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def tried(mutants: int, seed: int, pictures: int, *, say: bool = False) -> Outcome:
-    """Make mutants and take each through the commands."""
+def tried(
+    mutants: int,
+    seed: int,
+    pictures: int,
+    *,
+    say: Callable[[Outcome, list[str]], None] = lambda _, __: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Outcome:
+    """Make mutants and take each through the commands; `say` is told after each what went wrong."""
     with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as name:
         folder = Path(name)
         mutator = Mutator(bases(folder), seed)
         trial = Trial(folder, pictures)
         for number, mutant in zip(range(mutants), mutator.mutants(), strict=False):
+            before = len(trial.outcome.wrong)
             trial.run(number, mutant)
-            if say and number % 100 == 99:
-                print(number + 1, "wrong:", len(trial.outcome.wrong), file=sys.stderr, flush=True)
+            trial.outcome.tried += 1
+            say(trial.outcome, trial.outcome.wrong[before:])
+            if enough():
+                break
         return trial.outcome
+
+
+def _say(outcome: Outcome, wrong: list[str]) -> None:
+    for text in wrong:
+        print(text, file=sys.stderr, flush=True)
+    if outcome.tried % 100 == 0:
+        print(outcome.tried, "wrong:", len(outcome.wrong), file=sys.stderr, flush=True)
 
 
 def main() -> int:
@@ -535,7 +553,11 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--draw", type=int, default=400, metavar="PICTURES")
     told = parser.parse_args()
-    outcome = tried(told.mutants, told.seed, told.draw, say=True)
+    asked: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
+    os.environ.setdefault("COLUMNS", "400")  # lines that are not wrapped take less time
+    outcome = tried(told.mutants, told.seed, told.draw, say=_say, enough=lambda: bool(asked))
+    print(f"{outcome.tried} mutants")
     kinds = sorted(outcome.refused | outcome.told | outcome.quiet)
     print(f"{'kind':<28}{'refused':>9}{'notes':>9}{'no word':>9}")
     for kind in kinds:
