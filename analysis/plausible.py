@@ -30,8 +30,17 @@ def fleet_fault(topic: str, table: Table, vehicles: int) -> str | None:
                 continue
             return f"{name} has {column.shape[1]} numbers in a message, the fleet {vehicles}"
         fault = _number_fault(name, column, complete=topic in _COMPLETE)
+        if fault is None and name.endswith("_measured_ns"):
+            fault = _reading_fault(name, column, table["time_ns"])
         if fault is not None:
             return fault
+    return None
+
+
+def _reading_fault(name: str, column: NDArray[Any], now_ns: NDArray[Any]) -> str | None:
+    """Readings are of the past, or of no time (-1)."""
+    if (column > now_ns[:, None]).any() or (column < -1).any():
+        return f"{name} holds what is no time of a reading"
     return None
 
 

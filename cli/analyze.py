@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from rich.console import Console
@@ -35,20 +36,21 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
     try:
         run = _with_motion(log)
         folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
-        summary, told = summary_of(run), chapters(run)
+        for note in run.notes:
+            errors.print(f"{log}: {note}")
+        with _bearing(run):
+            summary, told = summary_of(run), chapters(run)
+
+            def tell() -> None:
+                print_summary(console, summary)
+                for section in told:
+                    print_section(console, section)
+
+            page = report_page(run, (overview_section(run, summary), *told))
+            return leave(page, "report.html", folder, console, errors, tell)
     except (LogError, OutError) as error:
         errors.print(str(error))
         return _BAD_INPUT
-    for note in run.notes:
-        errors.print(f"{log}: {note}")
-
-    def tell() -> None:
-        print_summary(console, summary)
-        for section in told:
-            print_section(console, section)
-
-    page = report_page(run, (overview_section(run, summary), *told))
-    return leave(page, "report.html", folder, console, errors, tell)
 
 
 def compare(
@@ -59,24 +61,25 @@ def compare(
         named = labels_for(logs, labels)
         runs = [_with_motion(log) for log in logs]
         folder = folder_for(Path("runs") / f"{stamp()}-comparison" if out is None else out)
-        compared = [
-            Compared(label=label, run=run, summary=summary_of(run))
-            for label, run in zip(named, runs, strict=True)
-        ]
-        page = comparison_page(compared)
+        with _bearing(*runs):
+            compared = [
+                Compared(label=label, run=run, summary=summary_of(run))
+                for label, run in zip(named, runs, strict=True)
+            ]
+            page = comparison_page(compared)
+            for note in page.notes:
+                errors.print(note)
+
+            def tell() -> None:
+                for name, value in page.facts:
+                    console.print(f"{name}: {value}")
+                for section in page.sections:
+                    print_section(console, section)
+
+            return leave(page, "compare.html", folder, console, errors, tell)
     except (LogError, OutError, LabelError) as error:
         errors.print(str(error))
         return _BAD_INPUT
-    for note in page.notes:
-        errors.print(note)
-
-    def tell() -> None:
-        for name, value in page.facts:
-            console.print(f"{name}: {value}")
-        for section in page.sections:
-            print_section(console, section)
-
-    return leave(page, "compare.html", folder, console, errors, tell)
 
 
 def _with_motion(log: Path) -> Run:
@@ -86,6 +89,22 @@ def _with_motion(log: Path) -> Run:
         reasons = dict.fromkeys([*run.notes, "no cycle was logged"])
         raise LogError(f"{log}: nothing to show: {'; '.join(reasons)}")
     return run
+
+
+@contextmanager
+def _bearing(*runs: Run) -> Iterator[None]:
+    """Raise LogError for what an analysis cannot bear of a log that fails its checks.
+
+    Nothing is promised of numbers that are not those of the run, but a line that says so.
+    """
+    try:
+        yield
+    except (ArithmeticError, LookupError, TypeError, ValueError) as error:
+        for run in runs:
+            if any(check.holds is False for check in run.checks):
+                what = f"{type(error).__name__}: {error}".splitlines()[0]
+                raise LogError(f"{run.path}: too damaged to be analysed: {what}") from error
+        raise
 
 
 def folder_for(folder: Path) -> Path:
