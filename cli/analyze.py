@@ -38,7 +38,7 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
         folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
         for note in run.notes:
             errors.print(f"{log}: {note}")
-        with _bearing(run):
+        with bearing(run):
             summary, told = summary_of(run), chapters(run)
 
             def tell() -> None:
@@ -61,7 +61,7 @@ def compare(
         named = labels_for(logs, labels)
         runs = [_with_motion(log) for log in logs]
         folder = folder_for(Path("runs") / f"{stamp()}-comparison" if out is None else out)
-        with _bearing(*runs):
+        with bearing(*runs):
             compared = [
                 Compared(label=label, run=run, summary=summary_of(run))
                 for label, run in zip(named, runs, strict=True)
@@ -92,7 +92,7 @@ def _with_motion(log: Path) -> Run:
 
 
 @contextmanager
-def _bearing(*runs: Run) -> Iterator[None]:
+def bearing(*runs: Run) -> Iterator[None]:
     """Raise LogError for what an analysis cannot bear of a log that fails its checks.
 
     Nothing is promised of numbers that are not those of the run, but a line that says so.

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 
-from tests.conftest import read_log, zenvoy
+from tests.conftest import Logged, read_log, zenvoy
 from tests.log_surgery import (
     Record,
     chunk_of,
@@ -35,8 +35,10 @@ from tests.mutated_logs import tried
 from zenvoy.analysis import LogError, load, read_facts
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.repair import RepairError, repair
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import RESULT, RUN, sealed
 from zenvoy.bus.log_writer import LogWriter
+from zenvoy.cli.analyze import bearing
 
 SCENARIO = """
 duration_s: 3
@@ -259,6 +261,32 @@ def test_a_column_of_another_length_is_refused(path: Path, content: bytes) -> No
     )
     with pytest.raises(LogError, match=r"position has 3 numbers in a message, the fleet 4"):
         load(written(path, every))
+
+
+def test_a_reading_from_the_future_is_refused(path: Path, content: bytes) -> None:
+    def change(_: int, message: Logged) -> list[Logged]:
+        if message.topic != "/fleet/estimate":
+            return [message]
+        row = pb.FleetEstimate.FromString(message.data)
+        row.ahead_measured_ns[1] = row.time_ns + 1
+        return [message._replace(data=row.SerializeToString())]
+
+    log = written(path, written_anew(read_log(path), change))
+    with pytest.raises(LogError, match="ahead_measured_ns holds what is no time of a reading"):
+        load(log)
+
+
+def test_only_of_a_damaged_log_is_what_an_analysis_cannot_bear_a_line(
+    path: Path, content: bytes, whole: Run
+) -> None:
+    records = taken_apart(content)
+    del records[chunks(records)[-1]]
+    damaged = load(written(path, put_together(records)))
+    says = "too damaged to be analysed: IndexError: row"
+    with pytest.raises(LogError, match=says), bearing(damaged):
+        raise IndexError("row")
+    with pytest.raises(IndexError), bearing(whole):
+        raise IndexError("row")
 
 
 def test_the_scenario_of_another_fleet_is_refused(path: Path, content: bytes) -> None:
