@@ -396,7 +396,7 @@ class Outcome:
     refused: Counter[str] = field(default_factory=Counter)
     tried: int = 0
     wrong: list[str] = field(default_factory=list)
-    slowest_s: float = 0.0
+    slowest: tuple[float, str] = (0.0, "")
     drawn: int = 0
     not_drawn: int = 0
 
@@ -431,7 +431,8 @@ class Trial:
         ):
             start = time.monotonic()
             code, text = self._command(number, mutant.kind, arguments)
-            self.outcome.slowest_s = max(self.outcome.slowest_s, time.monotonic() - start)
+            took = time.monotonic() - start, f"{arguments[0]} of {number}, {mutant.kind}"
+            self.outcome.slowest = max(self.outcome.slowest, took)
             codes.append(code)
             texts.append(text)
         self._judge(number, mutant, codes, texts)
@@ -564,7 +565,8 @@ def main() -> int:
         counts = (outcome.refused[kind], outcome.told[kind], outcome.quiet[kind])
         print(f"{kind:<28}" + "".join(f"{count:>9}" for count in counts))
     print(f"pictures: {outcome.drawn} drawn, {outcome.not_drawn} not drawn")
-    print(f"slowest command: {outcome.slowest_s:.1f} s; wrong: {len(outcome.wrong)}")
+    print("slowest command: {:.1f} s, {}".format(*outcome.slowest))
+    print(f"wrong: {len(outcome.wrong)}")
     for wrong in outcome.wrong[:50]:
         print(wrong)
     return bool(outcome.wrong)
