@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.agreement import agreement
+from zenvoy.analysis.fallbacks import fallbacks
 from zenvoy.analysis.load import Run
 from zenvoy.analysis.metrics import gaps, max_distance, min_distance
 from zenvoy.bus import messages_pb2 as pb
@@ -132,7 +133,7 @@ def _facts(run: Run, gap: Floats) -> dict[str, Any]:
         "version": run.run.get("version.zenvoy", "unknown"),
         "smallest_gap_m": float(np.nanmin(gap)),
         "collisions": kinds.count(pb.EVENT_COLLISION),
-        "fallbacks": kinds.count(pb.EVENT_FALLBACK),
+        "fallbacks": fallbacks(run.events, run.scenario),
         "standing": {
             f"{at_s:g}": int(np.count_nonzero(speed[row] < _STANDS_MPS))
             for at_s in SNAPSHOTS_S

@@ -9,10 +9,14 @@ from zenvoy.analysis.facts import Facts
 from zenvoy.bus import messages_pb2 as pb
 
 _ASKED = "asked to end"  # by a signal, or because a process was lost
+_MOST, _LONGEST = 100, 1_000  # of what a log says of its scenario
 
 
 def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[str, ...]:
-    """A sentence each for a cut, an early end, a lost process, and nothing logged at all."""
+    """A sentence each for a cut, an early end, a lost process, and nothing logged at all.
+
+    Then those on the scenario, as they were told before the run.
+    """
     last_s = float(truth["time_ns"][-1]) * 1e-9 if truth else 0.0
     notes = [facts.cut] if facts.cut else []
     notes += facts.faults
@@ -28,7 +32,8 @@ def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[st
         notes.append(early)
     if not truth or len(truth["time_ns"]) < 2:
         notes.append("no cycle was logged")
-    return tuple(notes)
+    of_scenario = facts.run.get("notes", "").splitlines()[:_MOST]
+    return (*notes, *(f"the scenario: {note[:_LONGEST]}" for note in of_scenario))
 
 
 def _early_end(facts: Facts, events: Sequence[pb.Event], last_s: float) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.fallbacks import fallbacks
 from zenvoy.analysis.instants import PAPER_SPREAD_S, of_paper
 from zenvoy.analysis.links import arrived
 from zenvoy.analysis.load import Run, load
@@ -36,7 +37,7 @@ def summary_of(run: Run) -> Summary:
         summary |= _distances(run)
         summary |= _agreement(run)
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
-    summary["fallbacks"] = sum(event.kind == pb.EVENT_FALLBACK for event in run.events)
+    summary["fallbacks"] = fallbacks(run.events, run.scenario)
     summary["frames"] = _frames(run.path)
     if run.scenario.clock == "realtime":
         summary["real_time"] = _real_time(run)

@@ -59,7 +59,7 @@ def total_delay_s(control: Control, period_ms: float, *, predicts: bool = False)
     is (1 - exp(-sT)) / sT = exp(-sT/2) · (1 + O((ωT)²)). `predicts`: PBCM foresees the state at
     which the command takes effect, and only the hold remains.
     """
-    known = 0.0 if predicts else control.v2v_wait_ms + control.system_delay_ms
+    known = 0.0 if predicts else (control.v2v_wait_ms or 0.0) + control.system_delay_ms
     return (known + 0.5 * period_ms) * 1e-3
 
 

@@ -83,7 +83,7 @@ def _latency_picture(run: Traffic, latency: Latencies) -> Picture:
             "the share of frames that took no longer. What is right of the dashed line is late "
             "for the decision of its cycle."
         ),
-        draw=lambda: draw_latency(latency, run.scenario.control.v2v_wait_ms, technology),
+        draw=lambda: draw_latency(latency, run.scenario.v2v_wait_ns * 1e-6, technology),
     )
 
 

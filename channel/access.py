@@ -12,8 +12,8 @@ from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
-from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
+from zenvoy.scenarios.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -12,9 +12,9 @@ from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.channel.latency import LatencyModel
 from zenvoy.channel.loss import LossModel
 from zenvoy.channel.rows import Rows, Scene
-from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.channel.where import Where
 from zenvoy.scenarios import Scenario
+from zenvoy.scenarios.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -16,8 +16,8 @@ from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
 from zenvoy.channel.rows import Rows, Scene
-from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Scenario
+from zenvoy.scenarios.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -68,6 +68,9 @@ SetOption = Annotated[
 ]
 SeedOption = Annotated[int | None, typer.Option(help="Replace the scenario's seed.")]
 DurationOption = Annotated[float | None, typer.Option(help="Replace the duration, s.")]
+StrictOption = Annotated[
+    bool, typer.Option("--strict", help="Refuse what is allowed, and hardly meant.")
+]
 
 
 def _print_version(asked: bool) -> None:
@@ -120,6 +123,7 @@ def run(
             help="Where the world listens too, and the channel at the next port; repeatable.",
         ),
     ] = None,
+    strict: StrictOption = False,
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
     clock = "realtime" if realtime else None
@@ -139,6 +143,7 @@ def run(
         others = guests(without or (), listen or (), loaded.scenario.fleet.size)
     except GuestsError as error:
         refuse(str(error))
+    _tell_notes(loaded, strict)
     from zenvoy.cli.execute import execute
 
     with interruptible():
@@ -196,9 +201,12 @@ def show(
 
 
 @app.command()
-def check(scenario: ScenarioArgument, overrides: SetOption = None) -> None:
+def check(
+    scenario: ScenarioArgument, overrides: SetOption = None, strict: StrictOption = False
+) -> None:
     """Say whether a scenario is valid, and all that is wrong with it."""
     loaded = _load(scenario, overrides, None, None)
+    _tell_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
     console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
 
@@ -339,3 +347,11 @@ def _load(
         )
     except ScenarioError as error:
         refuse(str(error))
+
+
+def _tell_notes(loaded: Loaded, strict: bool) -> None:
+    """What is allowed, and hardly meant; --strict refuses it."""
+    if strict and loaded.notes:
+        refuse("\n".join(map(str, loaded.notes)))
+    for note in loaded.notes:
+        errors.print(f"note: {note}")

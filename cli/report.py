@@ -12,7 +12,7 @@ from zenvoy.analysis.checks import Check
 from zenvoy.analysis.facts import Facts
 from zenvoy.analysis.metrics import telling
 from zenvoy.bus.log_format import CHECKSUM
-from zenvoy.channel.technologies import TECHNOLOGIES, Technology
+from zenvoy.scenarios.technology import TECHNOLOGIES, Technology
 
 _LATENESS: Final = {
     "cycle": "cycles",

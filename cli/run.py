@@ -8,6 +8,7 @@ import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -69,6 +70,8 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
         bus=bus,
         run=f"{stamp()}-{os.getpid()}",
         per_process=per_process,
+        # Without their places: a log does not tell whose machine it was made on.
+        notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
     )
 
 

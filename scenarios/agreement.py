@@ -104,7 +104,7 @@ def _times(scenario: Scenario) -> Iterator[Problem]:
         text = f"{trimmed(scenario.duration_s)} is not at least one period, {period}"
         yield Problem(key="duration_s", text=text, related=("period_ms",))
     if scenario.v2v_wait_ns >= scenario.period_ns:
-        text = f"{trimmed(scenario.control.v2v_wait_ms)} is not less than {period}"
+        text = f"{trimmed(scenario.control.v2v_wait_ms or 0.0)} is not less than {period}"
         yield Problem(key="control.v2v_wait_ms", text=text, related=("period_ms",))
 
 

@@ -72,6 +72,11 @@ class Sine(Section):
         """When it ends."""
         return round((self.at_s + self.duration_s) * NS_PER_S)
 
+    @property
+    def highest_mps(self) -> float:
+        """The highest speed within, m/s."""
+        return self.mean_mps + self.amplitude_mps
+
 
 def _file_instead_of_points(schema: dict[str, Any]) -> None:
     """What only a file may say: `zenvoy.scenarios.files` puts the contents into points."""
@@ -108,6 +113,11 @@ class Trace(Section):
     def end_ns(self) -> int:
         """When it ends: at the last point."""
         return self._instant_ns(-1)
+
+    @property
+    def highest_mps(self) -> float:
+        """The highest speed within, m/s."""
+        return max(speed_mps for _, speed_mps in self.points)
 
     def _instant_ns(self, index: int) -> int:
         return round(self.at_s * NS_PER_S) + round(self.points[index][0] * NS_PER_S)

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.extends import chain
 from zenvoy.scenarios.files import with_tables
 from zenvoy.scenarios.library import packaged
+from zenvoy.scenarios.notes import notes_of
 from zenvoy.scenarios.origin import located
 from zenvoy.scenarios.overrides import overridden
 from zenvoy.scenarios.schema import Scenario
-from zenvoy.scenarios.validate import validated
+from zenvoy.scenarios.validate import placed, validated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +27,8 @@ class Loaded:
     name: str
     scenario: Scenario
     text: str
+    notes: tuple[Problem, ...] = ()
+    """What is allowed, and hardly meant, each with its place."""
 
 
 def load(
@@ -48,7 +52,8 @@ def load(
     root, more = overridden(files.root, overrides, options)
     root, errors = with_tables(root, files.origins)
     scenario = validated(root, [*files.problems, *more], errors)
-    return Loaded(name=origin.name, scenario=scenario, text=files.text)
+    notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
+    return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
 
 
 def builtin() -> list[tuple[str, str]]:

@@ -25,6 +25,7 @@ from zenvoy.scenarios.section import (
     Positive,
     Section,
 )
+from zenvoy.scenarios.waits import own_wait_ms
 
 Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
 
@@ -130,7 +131,10 @@ class Platoon(Section):
 
 
 class Control(Section):
-    """The control law, its desired state and its timing (DESIGN section 3)."""
+    """The control law, its desired state and its timing (DESIGN section 3).
+
+    v2v_wait_ms null: as the technology needs it (`zenvoy.scenarios.waits`).
+    """
 
     model: Model = "PBCM"
     schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
@@ -141,7 +145,7 @@ class Control(Section):
     desired_gap_m: Positive = 37.5
     desired_speed_mps: NonNegative = 30.0
     acceleration_limit_mps2: Positive = 3.0
-    v2v_wait_ms: NonNegative = 11.0
+    v2v_wait_ms: NonNegative | None = None  # in a valid scenario never None
     system_delay_ms: NonNegative = 89.0
     beacon_age_limit_ms: Positive = 1000.0
 
@@ -208,6 +212,10 @@ class Scenario(Section):
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
+        if self.control.v2v_wait_ms is None:
+            told = {"v2v_wait_ms": own_wait_ms(self)}
+            # The one value that depends on another section; nobody has seen this scenario yet.
+            object.__setattr__(self, "control", self.control.model_copy(update=told))
         refuse_disagreements(self)
         return self
 
@@ -229,7 +237,7 @@ class Scenario(Section):
     @property
     def v2v_wait_ns(self) -> int:
         """How long after t_k a vehicle waits for the channel, ns."""
-        return round(self.control.v2v_wait_ms * NS_PER_MS)
+        return round((self.control.v2v_wait_ms or 0.0) * NS_PER_MS)
 
     @property
     def system_delay_ns(self) -> int:

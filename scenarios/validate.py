@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pydantic import ValidationError
@@ -40,6 +40,11 @@ def validated(
     if problems:
         raise InvalidScenarioError(problems, more)
     return scenario
+
+
+def placed(notes: Iterable[Problem], root: Node) -> Iterator[Problem]:
+    """Each with the place of what brought it about."""
+    return (_placed(note, root) for note in notes)
 
 
 def _problems(errors: list[ErrorDetails], root: Node) -> tuple[list[Problem], int]:

@@ -16,8 +16,8 @@ from zenvoy.channel.frames import Fate, Medium, fates
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
-from zenvoy.channel.technologies import TECHNOLOGIES
 from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, TechnologyName
+from zenvoy.scenarios.technology import TECHNOLOGIES
 
 Floats = NDArray[np.float64]
 

@@ -166,7 +166,8 @@ def test_the_last_setting_wins_and_the_options_come_after_it(write: Write) -> No
 def test_a_setting_may_build_a_section_that_the_file_lacks(write: Write) -> None:
     settings = ["control.gains.k_c=0.2", "control.schedule.0.at_s=5", "control.schedule.0.model=FM"]
     control = load(write("{}"), settings).scenario.control
-    assert control == Control(gains=Gains(k_c=0.2), schedule=(Switch(at_s=5, model="FM"),))
+    schedule = (Switch(at_s=5, model="FM"),)
+    assert control == Control(gains=Gains(k_c=0.2), schedule=schedule, v2v_wait_ms=11.0)
 
 
 def test_overrides_are_not_part_of_the_text(write: Write) -> None:

@@ -189,8 +189,8 @@ def test_unknown_and_missing_keys(refusal: Refusal, text: str, line: str) -> Non
             "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 2)",
         ),
         (
-            "seed: 1\nperiod_ms: 11\n",
-            "control.v2v_wait_ms: 11 is not less than period_ms (11)  (s.yaml, line 2)",
+            "control: {v2v_wait_ms: 11}\nperiod_ms: 11\n",
+            "control.v2v_wait_ms: 11 is not less than period_ms (11)  (s.yaml, line 1)",
         ),
         (
             "fleet: {gap_m: 5}",

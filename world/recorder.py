@@ -37,6 +37,8 @@ class Labels:
     bus: str
     run: str
     per_process: int
+    notes: tuple[str, ...] = ()
+    """On the scenario, a line each."""
 
 
 class Recorder:
@@ -167,6 +169,7 @@ def _facts(labels: Labels) -> dict[str, str]:
         "bus": labels.bus,
         "run": labels.run,
         "vehicles_per_process": str(labels.per_process),
+        **({"notes": "\n".join(labels.notes)} if labels.notes else {}),
         "epoch_ns": str(EPOCH_NS),
         "python": platform.python_version(),
         "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",

@@ -1,0 +1,286 @@
+"""What is allowed and hardly meant: told before a run, kept in its log, refused with --strict."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import zenvoy
+from zenvoy.analysis import load as load_log
+from zenvoy.analysis.fallbacks import fallbacks
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Scenario, load
+from zenvoy.scenarios.library import packaged
+
+Write = Callable[[str], None]
+OPEN = "duration_s: 60\nroad: {type: open}\nfleet: {size: 4}\n"
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    monkeypatch.chdir(tmp_path)
+    return lambda text: (Path("s.yaml").write_text(text), None)[1]
+
+
+def notes(*settings: str, **options: float) -> list[str]:
+    return [str(note) for note in load("s.yaml", settings, **options).notes]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", packaged())
+def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
+    assert load(name).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        (
+            "duration_s: 60\nevents: [{vehicle: 1, at_s: 60, duration_s: 1, deceleration_mps2: 1}]",
+            "events.0.at_s: begins at 60 s, and the run ends at 60 s  (s.yaml, line 2)",
+        ),
+        (
+            "duration_s: 60\ncontrol: {schedule: [{at_s: 61, model: FM}]}",
+            "control.schedule.0.at_s: 61 is not before the end of the run (60 s)  (s.yaml, line 2)",
+        ),
+        (
+            "duration_s: 60\nchannel: {outages: [{from_s: 100}]}",
+            "channel.outages.0.from_s: 100 is not before the end of the run (60 s)"
+            "  (s.yaml, line 2)",
+        ),
+        (
+            "duration_s: 60\nchannel: {rules: [{from_s: 100, loss: {p: 1}}]}",
+            "channel.rules.0.from_s: 100 is not before the end of the run (60 s)  (s.yaml, line 2)",
+        ),
+        (
+            "channel: {rules: [{from_s: 1}]}",
+            "channel.rules.0: says nothing of loss or latency, so it changes nothing"
+            "  (s.yaml, line 1)",
+        ),
+        (
+            "channel: {outages: [{from_m: 1600, to_m: 1700}]}",
+            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1500 m "
+            "along the road  (s.yaml, line 1)",
+        ),
+        (
+            OPEN + "channel: {outages: [{from_m: 1913}]}",
+            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1912.5 m "
+            "along the road  (s.yaml, line 4)",
+        ),
+        (
+            OPEN + "channel: {outages: [{to_m: -1}]}",
+            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1912.5 m "
+            "along the road  (s.yaml, line 4)",
+        ),
+        (
+            "channel: {outages: [{source: 3, destination: 3}]}",
+            "channel.outages.0: covers no link: no vehicle of source sends to another one of "
+            "destination  (s.yaml, line 1)",
+        ),
+        (
+            "fleet: {groups: [{name: few, share: 1%}]}",
+            "fleet.groups.0.share: nobody of 40 vehicles is in this group  (s.yaml, line 1)",
+        ),
+        (
+            "fleet: {gap_m: 9}",
+            "control.desired_gap_m: 37.5 is not fleet.gap_m (9), at which the fleet starts, and "
+            "which the ring keeps on average  (s.yaml, line 1)",
+        ),
+        (
+            OPEN + "control: {desired_gap_m: 20}",
+            "control.desired_gap_m: 20 is not fleet.gap_m (37.5), at which the fleet starts"
+            "  (s.yaml, line 4)",
+        ),
+        (
+            OPEN + "control: {desired_speed_mps: 20}",
+            "control.desired_speed_mps: 20 is not fleet.speed_mps (30), which the first vehicle "
+            "keeps  (s.yaml, line 4)",
+        ),
+        (
+            OPEN
+            + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 0], [1, 0.02], [9, 5]]}]",
+            "events.0.points: asks for -30 m/s² in its first 1 s, for the vehicle has about "
+            "30 m/s at its start and not 0; more than control.acceleration_limit_mps2 (3)"
+            "  (s.yaml, line 4)",
+        ),
+        (
+            OPEN + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 27], [9, 25]]}]",
+            "events.0.points: its first point, 27 m/s, is never met: the vehicle has about "
+            "30 m/s then  (s.yaml, line 4)",
+        ),
+        (
+            OPEN
+            + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 30], [9, 30], [10, 25]]}]",
+            "events.0.points: asks for -5 m/s² at 10 s, more than "
+            "control.acceleration_limit_mps2 (3)  (s.yaml, line 4)",
+        ),
+        (
+            OPEN
+            + "events: [{type: trace, vehicle: 1, at_s: 0, points: [[43200, 30], [43300, 25]]}]",
+            "events.0.at_s: begins at 43200 s, and the run ends at 60 s: its times begin at 43200; "
+            "time: from-first counts those of a file from there  (s.yaml, line 4)",
+        ),
+        (
+            OPEN + "events: [{type: sine, vehicle: 1, at_s: 1, duration_s: 9, mean_mps: 30, "
+            "amplitude_mps: 2, frequency_hz: 0.5}]",
+            "events.0.amplitude_mps: asks for 6.28 m/s² at 1 s, more than "
+            "control.acceleration_limit_mps2 (3)  (s.yaml, line 4)",
+        ),
+        (
+            "channel: {technology: lte-a-pro}\ncontrol: {v2v_wait_ms: 11}",
+            "control.v2v_wait_ms: 11 ms is less than the least latency (20.001 ms): every frame "
+            "comes late, for a later cycle; null is 81, for the technology  (s.yaml, line 2)",
+        ),
+        (
+            "channel: {latency: {distribution: fixed, mean_ms: 60}}",
+            "control.v2v_wait_ms: 11 ms is less than the least latency (60.4 ms): every frame "
+            "comes late, for a later cycle  (s.yaml, line 1)",
+        ),
+        (
+            "channel: {latency: {distribution: fixed, mean_ms: 160}}\ncontrol: {v2v_wait_ms: 0}",
+            "channel.latency: a period (100 ms) is less than the least latency (160.4 ms): every "
+            "frame comes late, for a later cycle  (s.yaml, line 1)",
+        ),
+        (
+            "clock: realtime\ncontrol: {v2v_wait_ms: 11}",
+            "control.v2v_wait_ms: 11 ms leaves 0.6 ms of wall time after the first frames: in real "
+            "time most of them miss their decision; null is 26, for the technology"
+            "  (s.yaml, line 2)",
+        ),
+        (
+            "fleet: {gap_m: 60}\ncontrol: {desired_gap_m: 60}\nchannel: {technology: 5g-mmwave}",
+            "channel.technology: a range of 50 m is less than fleet.gap_m (60): at the start "
+            "nobody hears anybody  (s.yaml, line 3)",
+        ),
+        (
+            "beacons: {rule: every-nth, every: 20}",
+            "control.beacon_age_limit_ms: 1000 is less than the age that data reach before newer "
+            "ones come (1900 ms): vehicles fall back again and again  (s.yaml, line 1)",
+        ),
+    ],
+)
+def test_each_kind_of_note(write: Write, text: str, note: str) -> None:
+    write(text)
+    assert notes() == [note]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "duration_s: 60\nevents: [{vehicle: 1, at_s: 59.9, duration_s: 9, deceleration_mps2: 9}]",
+        "channel: {outages: [{from_m: 1400, to_m: 100}, {to_m: 0}, {from_m: 1499}]}",
+        OPEN + "channel: {outages: [{from_m: 1912}, {to_m: 0}]}",
+        "channel: {rules: [{source: 7, destination: not 7, latency: {distribution: fixed, mean_ms: 60}}]}",  # noqa: E501
+        "control: {v2v_wait_ms: 0}",
+        "clock: realtime\n",
+        "clock: realtime\nchannel: {technology: lte-a-pro}\n",
+        "channel: {technology: lte-a-pro}\n",
+        OPEN + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 30.5], [9, 25]]}]",
+        OPEN
+        + "events:\n  - {vehicle: 1, at_s: 1, duration_s: 2, deceleration_mps2: 3}\n"
+        + "  - {type: trace, vehicle: 1, at_s: 9, points: [[0, 24], [9, 25]]}\n",
+        "fleet: {gap_m: 9, groups: [{name: a, vehicles: all, desired_gap_m: 9}]}",
+    ],
+)
+def test_what_is_meant_has_no_note(write: Write, text: str) -> None:
+    write(text)
+    assert notes() == []
+
+
+def test_a_note_is_where_what_brought_it_about_is(write: Write) -> None:
+    write("duration_s: 60\ncontrol: {schedule: [{at_s: 30, model: FM}]}\n")
+    assert notes(duration_s=20.0) == [
+        "control.schedule.0.at_s: 30 is not before the end of the run (20 s)  (--duration-s 20.0)"
+    ]
+
+
+def test_notes_are_told_and_kept_and_refused_if_strict(write: Write, tmp_path: Path) -> None:
+    write("duration_s: 2\nfleet: {size: 3}\ncontrol: {schedule: [{at_s: 30, model: FM}]}\n")
+    note = "control.schedule.0.at_s: 30 is not before the end of the run (2 s)  (s.yaml, line 3)"
+    checked = zenvoy(tmp_path, "check", "s.yaml")
+    assert (checked.code, checked.err) == (0, f"note: {note}\n")
+    for command in (("check", "s.yaml"), ("run", "s.yaml", "--bus", "in-process", "--out", "r")):
+        strict = zenvoy(tmp_path, *command, "--strict")
+        assert (strict.code, strict.out, strict.err) == (2, "", f"{note}\n")
+    assert not Path("r").exists()
+    ran = zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "r")
+    assert (ran.code, ran.err) == (0, f"note: {note}\n")
+    run = load_log("r/run.mcap")
+    kept = note.partition("  (")[0]  # a log does not tell whose machine it was made on
+    assert run.run["notes"] == kept
+    assert run.notes == (f"the scenario: {kept}",)
+    assert json.loads(Path("r/summary.json").read_text())["notes"] == list(run.notes)
+    assert zenvoy(tmp_path, "analyze", "r/run.mcap").code == 0
+    assert "is not before the end of the run" in Path("r/run-analysis/report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("settings", "wait_ms"),
+    [
+        ((), 11.0),
+        (("channel.technology=lte-a-pro",), 81.0),
+        (("channel.technology=ieee80211px",), 11.0),
+        (("channel.technology=5g-mmwave",), 11.0),
+        (("channel.frame_bytes=30000",), 50.0),
+        (("channel.bit_rate_mbps=0.1",), 34.0),
+        (("control.v2v_wait_ms=null",), 11.0),
+        (("channel.technology=lte-a-pro", "control.v2v_wait_ms=20"), 20.0),
+        (("channel.technology=lte-a-pro", "control.v2v_wait_ms=0"), 0.0),
+        (("channel.technology=lte-a-pro", "period_ms=81"), 0.0),
+        (("period_ms=10",), 0.0),
+        (("clock=realtime",), 26.0),
+        (("clock=realtime", "speed=2"), 41.0),
+        (("clock=realtime", "channel.technology=lte-a-pro"), 90.5),
+        (("clock=realtime", "period_ms=20"), 15.5),
+    ],
+)
+def test_a_vehicle_waits_as_its_technology_needs_it(
+    write: Write, settings: tuple[str, ...], wait_ms: float
+) -> None:
+    write("{}")
+    scenario = load("s.yaml", settings).scenario
+    assert scenario.control.v2v_wait_ms == wait_ms
+    assert scenario.v2v_wait_ns == round(wait_ms * 1e6)
+    assert scenario.control.system_delay_ms == 89.0  # does not depend on the radio
+    assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
+
+
+@pytest.mark.parametrize("technology", ["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"])
+def test_no_frame_is_late_unless_told_otherwise(tmp_path: Path, technology: str) -> None:
+    """The README's example, shortened: with a wait of 11 ms every frame of LTE-A Pro was late."""
+    settings = ("--set", f"channel.technology={technology}", "--set", "channel.loss.p=0.3")
+    command = ("run", "quickstart", "--bus", "in-process", "--duration-s", "11", *settings)
+    assert zenvoy(tmp_path, *command, "--strict", "--out", "r").code == 0
+    summary = json.loads((tmp_path / "r/summary.json").read_text())
+    assert summary["frames"]["delivered"] > 0
+    assert summary["frames"]["late"] == 0
+
+
+def event(kind: pb.EventKind.ValueType, vehicle: int, at_s: float) -> pb.Event:
+    return pb.Event(kind=kind, vehicle=vehicle, time_ns=round(at_s * 1e9))
+
+
+def test_who_has_heard_nobody_yet_has_not_fallen_back() -> None:
+    falls, ends = pb.EVENT_FALLBACK, pb.EVENT_FALLBACK_END
+    events = [
+        event(falls, 1, 0.011),  # until the first frame comes
+        event(falls, 2, 0.011),  # for longer than data count
+        event(falls, 3, 0.011),  # for good
+        event(ends, 1, 0.211),
+        event(ends, 2, 1.111),
+        event(falls, 1, 5.011),
+        event(ends, 1, 5.111),
+    ]
+    assert fallbacks(events, Scenario()) == 3
+    assert fallbacks(events[:1], Scenario()) == 1
+
+
+def test_a_run_over_a_late_channel_begins_without_fallbacks(write: Write, tmp_path: Path) -> None:
+    write("duration_s: 3\nfleet: {size: 4}\nchannel: {technology: lte-a-pro}\n")
+    command = ("run", "s.yaml", "--bus", "in-process", "--set", "control.v2v_wait_ms=0")
+    assert zenvoy(tmp_path, *command, "--out", "r").code == 0
+    run = load_log("r/run.mcap")
+    assert any(found.kind == pb.EVENT_FALLBACK for found in run.events)
+    assert json.loads(Path("r/summary.json").read_text())["fallbacks"] == 0
