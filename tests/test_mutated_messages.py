@@ -92,7 +92,7 @@ def refused(name: str, text: str) -> Counter[str]:
 def test_a_run_in_lock_step_keeps_its_fingerprint(
     tmp_path: Path, vehicles: tuple[str, ...]
 ) -> None:
-    scenario = f"duration_s: 150\n{FLEET}"
+    scenario = f"duration_s: 200\n{FLEET}"
     attacked, counts = under_attack(tmp_path / "attacked", scenario, vehicles)
     alone = run(tmp_path / "alone", scenario, "--bus", "in-process")
     assert attacked.result["fingerprint"] == alone.result["fingerprint"]

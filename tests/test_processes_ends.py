@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import resource
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.conftest import Command, Log, command, read_log, wait_until
@@ -180,6 +184,32 @@ def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
     assert first == "world cannot go on: File too large (ulimit -f)"
     assert second.startswith("the log is cut: read up to ")
     assert read_log(tmp_path / "out" / "run.mcap").metadata["zenvoy.run"]["vehicles"] == "3"
+
+
+def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
+    """By Ctrl-Z and fg, say: nobody has kept anybody waiting."""
+    with running(tmp_path, "--set", "stall_limit_s=1") as started:
+        log = tmp_path / "out" / "run.mcap"
+        started.send_to_group(signal.SIGSTOP)
+        time.sleep(2.5)  # past the stall limit
+        size = log.stat().st_size
+        started.send_to_group(signal.SIGCONT)
+        wait_until(lambda: log.stat().st_size > 2 * size, "the run goes on")
+        started.send(signal.SIGTERM)
+        outcome = started.wait()
+    assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
+
+
+def test_a_study_whose_process_died_says_so(tmp_path: Path) -> None:
+    with command(tmp_path, "degradation", "--seeds", "1", "--jobs", "1") as started:
+        own = psutil.Process(started.pid)
+        wait_until(lambda: bool(own.children()), "a run of the study is under way")
+        os.kill(own.children()[0].pid, signal.SIGKILL)
+        outcome = started.wait()
+    assert outcome.code == 1
+    assert re.fullmatch(
+        r"the study cannot go on: \S+, seed 1: a process of the study died\n", outcome.err
+    ), outcome
 
 
 def test_processes_are_named_after_what_they_are_and_their_run(tmp_path: Path) -> None:
