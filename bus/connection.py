@@ -60,7 +60,7 @@ class Connection:
         self._whose = self._vehicles_by_key()
         self._joiner = Joiner()
         self._awaited = Blame("")
-        self._watch = Watch(wiring.stall_limit_s, self._blame, self._stuck)
+        self._watch = Watch(wiring.stall_limit_s, self._blame, self._idle)
         self._alive: zenoh.Subscriber[Any] | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
@@ -68,6 +68,8 @@ class Connection:
         self._names = frozenset({*wiring.waits_for, *names, *shared})
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before anybody is waited for."""
+        self.on_idle: Callable[[], None] = lambda: None
+        """Called now and then while nothing comes of waiting."""
         self.refusals = Refusals(participant.name)
         """Messages that came and were refused."""
 
@@ -273,8 +275,12 @@ class Connection:
         host = self._host_of.get(vehicle)
         return vehicle_name(vehicle, len(self._wiring.vehicles)) if host is None else host.name
 
+    def _idle(self) -> None:
+        self.on_idle()
+        self._stuck()
+
     def _stuck(self) -> None:
-        """Called now and then while nothing comes of waiting."""
+        """Called as `on_idle`, for what a bus itself can do about it."""
 
     def _vehicles_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
         """Whose the streams are that it reads, by exact key: a vehicle's (0: none), or several."""

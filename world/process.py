@@ -46,6 +46,7 @@ def run_world(
             on_clock(clock)
 
         recorder.on_clock = tick
+        bus.on_idle = recorder.flush_if_due
         effective = labels.effective_json.encode()
         offered: list[object] = []
 
@@ -86,6 +87,7 @@ def _run_live(
     stall_ns = round(scenario.stall_limit_s * 1e9 * scenario.speed)
 
     def notice() -> None:
+        recorder.flush_if_due()  # at a tenth of real time a cycle takes a second
         _look_at_channel(world, stall_ns)
         for name, there in bus.comings_and_goings():
             if there != (name in lost):
