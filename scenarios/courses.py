@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 _NS_PER_S = 1_000_000_000
@@ -33,11 +34,6 @@ class Course:
             return 0.0
         return (end[1] - start) * _NS_PER_S / (end[0] - start_ns)
 
-    def changed(self, at_ns: int, ramp_ns: int, value: float) -> Course:
-        """This course up to `at_ns`, and from there evenly to `value` within `ramp_ns`."""
-        before = tuple(point for point in self.points if point[0] < at_ns or point[0] == 0)
-        return Course((*before, (at_ns, self.at(at_ns)), (at_ns + ramp_ns, value)))
-
     def is_constant(self, from_ns: int, to_ns: int) -> bool:
         """Whether it has one value from `from_ns` to `to_ns`, both included."""
         within = (value for time_ns, value in self.points if from_ns < time_ns <= to_ns)
@@ -51,9 +47,18 @@ class Course:
         return self.points[index - 1], following
 
 
-def constant(value: float) -> Course:
-    """A course that does not change."""
-    return Course(((0, value),))
+def course(start: float, changes: Iterable[tuple[int, int, float]]) -> Course:
+    """A value that is `start`, and then what each (at_ns, ramp_ns, value), in order, makes of it.
+
+    From at_ns on it goes evenly to the value within ramp_ns, from wherever it is then.
+    """
+    points = [(0, start)]
+    for at_ns, ramp_ns, value in changes:
+        now = Course(tuple(points[-2:])).at(at_ns)
+        while points[-1][0] > at_ns or points[-1][0] == at_ns > 0:
+            points.pop()
+        points += [(at_ns, now), (at_ns + ramp_ns, value)]
+    return Course(tuple(points))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

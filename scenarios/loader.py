@@ -14,6 +14,7 @@ from zenvoy.scenarios.notes import notes_of
 from zenvoy.scenarios.origin import located
 from zenvoy.scenarios.overrides import overridden
 from zenvoy.scenarios.schema import Scenario
+from zenvoy.scenarios.spacing import with_spacing
 from zenvoy.scenarios.validate import placed, validated
 
 
@@ -50,8 +51,9 @@ def load(
     files = chain(origin)
     options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
     root, more = overridden(files.root, overrides, options)
+    root, of_spacing = with_spacing(root)
     root, errors = with_tables(root, files.origins)
-    scenario = validated(root, [*files.problems, *more], errors)
+    scenario = validated(root, [*files.problems, *more, *of_spacing], errors)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
     return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from zenvoy.scenarios.courses import Targets, constant
+from zenvoy.scenarios.courses import Targets, course
 from zenvoy.scenarios.sets import drawn, members
 
 if TYPE_CHECKING:
@@ -116,13 +116,14 @@ def _concerns(
 def _targets(
     vehicle: int, start: Mapping[str, float], entries: list[Entry], of_groups: Container[str]
 ) -> Targets:
-    courses = {name: constant(value) for name, value in start.items()}
-    cruises_ns: int | None = None
+    changes: dict[str, list[tuple[int, int, float]]] = {name: [] for name in start}
     for switch, whom in entries:
         at_ns, ramp_ns = round(switch.at_s * _NS_PER_S), round(switch.ramp_s * _NS_PER_S)
         for name, value in switch.targets.items():
             if _concerns(vehicle, whom, name, of_groups):
-                courses[name] = courses[name].changed(at_ns, ramp_ns, value)
-                if name == "desired_speed_mps" and cruises_ns is None:
-                    cruises_ns = at_ns
-    return Targets(**courses, cruises_ns=cruises_ns)
+                changes[name].append((at_ns, ramp_ns, value))
+    speeds = changes["desired_speed_mps"]
+    return Targets(
+        **{name: course(value, changes[name]) for name, value in start.items()},
+        cruises_ns=speeds[0][0] if speeds else None,
+    )

@@ -7,6 +7,7 @@ in docs/decisions.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, model_validator
@@ -25,7 +26,24 @@ from zenvoy.scenarios.section import (
     Positive,
     Section,
 )
+from zenvoy.scenarios.spacing import bumper_schema
 from zenvoy.scenarios.waits import own_wait_ms
+
+
+def _bumper(front: str, bumper: str) -> Callable[[dict[str, Any]], None]:
+    """What only a file may say: `zenvoy.scenarios.spacing` puts it into the one from the front."""
+
+    def add(schema: dict[str, Any]) -> None:
+        properties = schema["properties"]
+        keys = list(properties)
+        keys.insert(keys.index(front) + 1, bumper)
+        schema["properties"] = {key: properties.get(key, bumper_schema()) for key in keys}
+
+    return add
+
+
+_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("gap_m", "bumper_gap_m"))
+_DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "desired_bumper_gap_m"))
 
 Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
 
@@ -54,6 +72,8 @@ class Group(Section):
     overlap, the later one counts.
     """
 
+    model_config = _DESIRED_BUMPER_GAP
+
     name: GroupName
     vehicles: VehicleSet | None = None
     share: Fraction | None = None
@@ -66,6 +86,8 @@ class Group(Section):
 
 class Fleet(Section):
     """Vehicles 1..size, evenly spaced at the start; vehicle i follows i - 1."""
+
+    model_config = _BUMPER_GAP
 
     size: Annotated[int, Field(ge=2, le=10_000)] = 40
     length_m: Positive = 5.0
@@ -93,6 +115,8 @@ class Switch(Section):
     vehicles null: all to which no group gives what changes. Targets and gains, not models, may
     change evenly over ramp_s.
     """
+
+    model_config = _DESIRED_BUMPER_GAP
 
     at_s: NonNegative
     vehicles: VehicleSet | None = None
@@ -135,6 +159,8 @@ class Control(Section):
 
     v2v_wait_ms null: as the technology needs it (`zenvoy.scenarios.waits`).
     """
+
+    model_config = _DESIRED_BUMPER_GAP
 
     model: Model = "PBCM"
     schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too

@@ -172,7 +172,8 @@ def test_places_point_into_the_file_where_a_value_was_written(write: Write) -> N
     assert refusal("period_ms=0") == [
         "seed: 'x' is not a whole number  (base.yaml, line 1)",
         "fleet.size: 1 is not in [2, 10000]  (base.yaml, line 4)",
-        "fleet.colour: unknown key; allowed: size, length_m, gap_m, speed_mps, groups"
+        "fleet.colour: unknown key; allowed: size, length_m, gap_m, bumper_gap_m, speed_mps, "
+        "groups"
         "  (base.yaml, line 5)",
         "duration_s: -1 is not in (0, 1e9]  (middle.yaml, line 2)",
         "fleet.length_m: 0 is not in (0, 1e9]  (middle.yaml, line 3)",
@@ -320,7 +321,8 @@ def test_a_misspelt_extends_is_recognised(write: Write) -> None:
     assert line.startswith("extend: unknown key; did you mean 'extends'? allowed: extends, desc")
     write({"s.yaml": "fleet: {extends: quickstart}\n"})
     assert refusal() == [
-        "fleet.extends: unknown key; allowed: size, length_m, gap_m, speed_mps, groups"
+        "fleet.extends: unknown key; allowed: size, length_m, gap_m, bumper_gap_m, speed_mps, "
+        "groups"
         "  (s.yaml, line 1)"
     ]
 

@@ -16,7 +16,7 @@ from tests.test_library import run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS, TRUTH
 from zenvoy.scenarios import Scenario, ScenarioError, load, roster
-from zenvoy.scenarios.courses import constant
+from zenvoy.scenarios.courses import course as course_of
 
 S_NS = 1_000_000_000
 
@@ -41,7 +41,7 @@ def motion(scenario: Scenario) -> tuple[Any, Any, list[pb.Event]]:
 
 
 def test_a_value_changes_at_once_or_evenly() -> None:
-    course = constant(10.0).changed(5 * S_NS, 0, 20.0).changed(10 * S_NS, 4 * S_NS, 12.0)
+    course = course_of(10.0, [(5 * S_NS, 0, 20.0), (10 * S_NS, 4 * S_NS, 12.0)])
     times = [0, 5 * S_NS - 1, 5 * S_NS, 10 * S_NS, 11 * S_NS, 14 * S_NS, 99 * S_NS]
     assert [course.at(t) for t in times] == [10.0, 10.0, 20.0, 20.0, 18.0, 12.0, 12.0]
     assert [course.rate(t) for t in times] == [0.0, 0.0, 0.0, -2.0, -2.0, 0.0, 0.0]
@@ -50,13 +50,12 @@ def test_a_value_changes_at_once_or_evenly() -> None:
     assert not course.is_constant(9 * S_NS, 11 * S_NS)
     assert course.is_constant(14 * S_NS, 99 * S_NS)
     # a step there and back within the span
-    assert (
-        not constant(1.0).changed(S_NS, 0, 2.0).changed(2 * S_NS, 0, 1.0).is_constant(0, S_NS * 9)
-    )
+    there_and_back = course_of(1.0, [(S_NS, 0, 2.0), (2 * S_NS, 0, 1.0)])
+    assert not there_and_back.is_constant(0, 9 * S_NS)
 
 
 def test_a_ramp_that_is_cut_short_goes_on_from_where_it_is() -> None:
-    course = constant(0.0).changed(0, 10 * S_NS, 10.0).changed(5 * S_NS, 5 * S_NS, 0.0)
+    course = course_of(0.0, [(0, 10 * S_NS, 10.0), (5 * S_NS, 5 * S_NS, 0.0)])
     assert [course.at(t * S_NS) for t in (0, 2, 5, 6, 10, 11)] == [0.0, 2.0, 5.0, 4.0, 0.0, 0.0]
 
 
@@ -69,9 +68,7 @@ changes = st.lists(
 def test_a_course_has_no_jump_but_those_that_are_asked_for(
     entries: list[tuple[int, int, float]], times_ms: list[int]
 ) -> None:
-    course = constant(50.0)
-    for at_s, ramp_s, value in entries:
-        course = course.changed(at_s * S_NS, ramp_s * S_NS, value)
+    course = course_of(50.0, [(at * S_NS, ramp * S_NS, value) for at, ramp, value in entries])
     instants = [time_ns for time_ns, _ in course.points]
     assert instants == sorted(instants)
     assert course.points[0][0] == 0

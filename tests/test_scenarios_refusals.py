@@ -105,8 +105,8 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ("road: {type: }", "road.type: null is not one of ring, open  (s.yaml, line 1)"),
         (
             "seed: 1\nfleet:\n",
-            "fleet: null is not a mapping; allowed keys: size, length_m, gap_m, speed_mps, groups"
-            "  (s.yaml, line 2)",
+            "fleet: null is not a mapping; allowed keys: size, length_m, gap_m, bumper_gap_m, "
+            "speed_mps, groups  (s.yaml, line 2)",
         ),
         (
             "channel: {loss: 0.3}",
@@ -499,7 +499,7 @@ sensors:
         "control.schedule.0.model: 'X' is not one of FM, BCM, MBCM, PBCM, CACC or null"
         "  (s.yaml, line 11)",
         "control.schedule.1: 3 is not a mapping; allowed keys: at_s, vehicles, model, "
-        "desired_gap_m, desired_speed_mps, gains, ramp_s"
+        "desired_gap_m, desired_bumper_gap_m, desired_speed_mps, gains, ramp_s"
         "  (s.yaml, line 12)",
         "control.schedule.3.at_s: 5 is not later than the switch before (10)  (s.yaml, line 14)",
         "seed: the tag !dice is not one of !!map, !!seq, !!null, !!bool, !!int, !!float, !!str"
