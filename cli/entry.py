@@ -13,6 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 _FAILED, _INTERRUPTED = 1, 130
+_REQUESTS_TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def main() -> NoReturn:
@@ -33,9 +34,6 @@ def main() -> NoReturn:
     for number in _REQUESTS_TO_END:  # too late: the interpreter tidies up, without its handlers
         signal.signal(number, signal.SIG_IGN)
     sys.exit(code)
-
-
-_REQUESTS_TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def _require_memory() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from shlex import quote
 
 from rich.console import Console
 
@@ -36,7 +37,7 @@ def execute(
         errors.print(str(error))
         return _BAD_INPUT
     for vehicle in sorted(guests.without):
-        join = f"zenvoy vehicle --id {vehicle} --run {folder}"
+        join = f"zenvoy vehicle --id {vehicle} --run {quote(str(folder))}"
         console.print(
             f"without vehicle {vehicle}; to join: {join}", highlight=False, soft_wrap=True
         )

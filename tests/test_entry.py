@@ -41,7 +41,8 @@ def maps(started: Command) -> str:
 def test_a_request_during_imports_ends_the_command_in_silence(
     tmp_path: Path, number: signal.Signals, imported: str
 ) -> None:
-    with command(tmp_path, "analyze", "missing.mcap") as started:
+    write_log(tmp_path / "run.mcap", SHORT)  # to be analysed for a while, should this test be slow
+    with command(tmp_path, "analyze", "run.mcap") as started:
         wait_until(lambda: signal.SIGTERM in handled(started, "SigCgt"), "it has begun")
         wait_until(lambda: imported in maps(started), f"{imported} is imported")
         started.send(number)
