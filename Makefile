@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := scenarios bus vehicles channel world analysis cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check bench chaos conformance external-cpp picture proto clean
+.PHONY: setup demo test check mutants bench chaos conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -36,6 +36,10 @@ check: setup
 # of it. To be run on a machine that does little else: how long an end takes is judged, too.
 chaos: setup
 	$(BIN)/python -m tests.chaos --runs 500
+
+# Changes 10,000 scenarios at random: each is refused in words, or runs for 2 s without a NaN.
+mutants: setup
+	$(BIN)/python -m tests.mutants 10000
 
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks
