@@ -35,5 +35,7 @@ def repair_log(
     for fault in repaired.facts.faults:
         errors.print(f"{repaired.path}: {fault}")
     facts = repaired.facts
-    console.print(f"{repaired.path}: {facts.read_s:g} s of {facts.duration_s:g} s", soft_wrap=True)
+    gap = "" if facts.result.get("end") != "damaged" else " before the first gap"
+    text = f"{repaired.path}: {facts.read_s:g} s of {facts.duration_s:g} s{gap}"
+    console.print(text, soft_wrap=True)
     return _OK
