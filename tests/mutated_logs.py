@@ -53,7 +53,7 @@ from tests.logs import chunk_every, write_log
 from zenvoy.analysis import LogError, load
 from zenvoy.analysis.drawing import Drawn, drawn
 from zenvoy.analysis.section import Picture
-from zenvoy.bus.log_format import RESULT, RUN, sealed
+from zenvoy.bus.log_format import CHECKSUM, RESULT, RUN, sealed
 from zenvoy.cli import analyze as commands
 from zenvoy.cli.app import app
 
@@ -284,7 +284,7 @@ class Mutator:
     def _changed_metadata(self, base: Base) -> tuple[str, dict[str, str]]:
         name = self._random.choice((RUN, RESULT))
         metadata = dict(base.log.metadata[name])
-        key = self._random.choice(list(metadata))
+        key = self._random.choice([key for key in metadata if key != CHECKSUM])
         value = metadata[key]
         other = (
             value[::-1],
@@ -311,7 +311,7 @@ class Mutator:
 
     def _metadata_sealed(self, base: Base) -> bytes:
         name, metadata = self._changed_metadata(base)
-        metadata.pop("sha256", None)
+        metadata.pop(CHECKSUM, None)
         changed = {**base.log.metadata, name: sealed(metadata)}
         return written_anew(replace(base.log, metadata=changed))
 
