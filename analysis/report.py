@@ -50,7 +50,7 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
         ("channel", f"{run.scenario.channel.technology}, {run.scenario.channel.frame_bytes} bytes"),
         ("duration", _duration(run)),
         ("how it ended", ended(run)),
-        ("fingerprint", run.fingerprint or "none that holds"),
+        ("fingerprint", run.fingerprint or ("none that holds" if run.result else "not logged")),
         ("run", f"{run.run['run']}: {_BUSES.get(run.run['bus'], run.run['bus'])}"),
         ("speed of the run", _speed(run)),
         ("versions", ", ".join([*versions, f"Python {run.run['python']}"])),

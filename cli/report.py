@@ -35,9 +35,10 @@ def print_summary(console: Console, summary: dict[str, Any]) -> None:
 
 
 def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    without = "none that holds" if summary["end"] else "not logged"
     lines = [
         ("end", summary["end"] or "not logged"),
-        ("fingerprint", summary["fingerprint"] or "none that holds"),
+        ("fingerprint", summary["fingerprint"] or without),
         (
             "cycles",
             f"{summary['cycles']}: {summary['simulated_s']:g} s simulated in "

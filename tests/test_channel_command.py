@@ -38,7 +38,8 @@ def test_frames_are_those_of_a_run(tmp_path: Path) -> None:
     for name in NAMES:
         drawn: NDArray[Any] = np.concatenate([table[name] for table in tables])
         np.testing.assert_array_equal(drawn, logged[name])
-    kinds = {pb.OUTCOME_LATE, pb.OUTCOME_LOST, pb.OUTCOME_CORRUPTED, pb.OUTCOME_DUPLICATE}
+    lost = {pb.OUTCOME_LOST, pb.OUTCOME_CORRUPTED, pb.OUTCOME_DUPLICATE}
+    kinds = {pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE, *lost}
     assert set(np.unique(logged["outcome"]).tolist()) == kinds
     assert not (logged["source"] == 4).any()
 

@@ -56,8 +56,8 @@ def test_true_values_beside_the_desired_ones(tmp_path: Path) -> None:
     assert (cells[3]["true at the end of the change"], cells[3]["reached at, s"]) == (None, None)
     (picture,) = section.pictures
     assert drawn(picture).png
-    told = [(h.start_s, h.text) for h in happenings(run) if h.kind == "switch"]
-    assert told[0] == (5.0, "change to desired gap 30 m within 10 s: 3")
+    told = [(h.start_s, h.text) for h in happenings(run) if h.kind == "manoeuvre"]
+    assert told[0] == (5.0, "new targets of vehicle 3: desired gap 30 m")
     assert [chapter.title for chapter in chapters(run)][:2] == ["Motion", "Manoeuvres"]
 
 
