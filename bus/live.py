@@ -6,6 +6,7 @@ also where the process gets round to it only later.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from queue import Empty
 from typing import Any, Final, NamedTuple, Protocol
@@ -21,6 +22,7 @@ from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW, STALE
 from zenvoy.bus.topics import Topic
 
 _FOR_EVER_S: Final = 1e9
+_WAIT_S: Final = 0.5
 _LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
 _AT_ONCE_NS: Final = 10_000_000_000  # by when one must have come that says when time 0 was
 _ROUNDING_NS: Final = 1_000_000  # nothing comes earlier before the time that it bears
@@ -150,9 +152,11 @@ class LiveBus(Connection):
         if until_ns is not None:
             return self._came.get(until_ns)
         limit_s = self._wiring.stall_limit_s or _FOR_EVER_S
-        for _ in range(2):  # one who was stopped past the limit wakes up with nothing yet to read
+        # By short waits: a request to end that comes just before one is seen after it only, and one
+        # who was stopped past the limit finds what has come meanwhile.
+        for _ in range(math.ceil(limit_s / _WAIT_S)):
             try:
-                return self._came.get(wall_ns() + round(limit_s * 1e9))
+                return self._came.get(wall_ns() + round(min(limit_s, _WAIT_S) * 1e9))
             except Empty:
                 continue
         raise StalledError(f"nothing has come from the world for {limit_s:g} s", ("world",))

@@ -90,21 +90,21 @@ def spawn(program: Program, log: Path, tell: Tell) -> Child:
 
 def _be_child(program: Program, log: int, parent: int, tell: Tell) -> NoReturn:
     """Run the program and leave without a return into the parent's frames."""
-    code = 1
     try:
-        code = _run(program, log, parent, tell)
-    except BaseException:  # noqa: BLE001  # whatever it is, it belongs into this child's log
-        with suppress(OSError):
-            traceback.print_exc()
-    finally:
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError):  # its disk may be full
-                stream.flush()
-        os._exit(code)
+        _settle(program, log, parent)
+        program.main()
+        _leave(DONE)
+    except BaseException as error:  # noqa: BLE001  # whatever it is, it belongs to this child
+        # The error holds the session. Where that is dropped it is closed, which may wait for a peer
+        # that is frozen: so leave before.
+        try:
+            _leave(_status(program, error, tell))
+        finally:
+            os._exit(1)
 
 
-def _run(program: Program, log: int, parent: int, tell: Tell) -> int:
-    """Run the program in this child; its exit status, or whatever error is one of its own."""
+def _settle(program: Program, log: int, parent: int) -> None:
+    """Become a process of its own: its signals, its streams, its name."""
     for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -117,21 +117,30 @@ def _run(program: Program, log: int, parent: int, tell: Tell) -> int:
         2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
     setproctitle(f"zenvoy {program.name} {program.run}")
-    try:
-        program.prefer()
-        program.main()
-    except StoppedError:
+    program.prefer()
+
+
+def _status(program: Program, error: BaseException, tell: Tell) -> int:
+    """Exit status after an error; what there is to say of it is told, or written to the log."""
+    if isinstance(error, StoppedError):
         return STOPPED
-    except StalledError as error:
+    if isinstance(error, StalledError):
         tell(last_words(program.name, str(error), error.culprits))
         return STALLED
-    except BaseException as error:
-        want = want_of(error)
-        if want is None:
-            raise
+    want = want_of(error)
+    if want is not None:
         tell(last_words(program.name, want))
         return EXHAUSTED
-    return DONE
+    with suppress(OSError):
+        traceback.print_exception(error)
+    return 1
+
+
+def _leave(code: int) -> NoReturn:
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # its disk may be full
+            stream.flush()
+    os._exit(code)
 
 
 def die_with(parent: int, number: signal.Signals) -> None:
