@@ -275,7 +275,7 @@ def _temporary(started: Command) -> list[str]:
 def _judge_log(found: Found, path: Path, clock: pb.Clock) -> None:
     """Whether the log is readable and says how the run ended; how much it has lost."""
     case = found.case
-    if not path.exists():
+    if not path.exists() or not path.stat().st_size:  # nothing is written before it is known what
         if case.moment != "start" or found.code == 0:
             found.wrong.append("no log")
         return
