@@ -58,11 +58,7 @@ def frames_fault(table: Table, vehicles: int) -> str | None:
     for name in ("source", "destination"):
         if table[name].min() < 1 or table[name].max() > vehicles:
             return f"{name}: there is no such vehicle in a fleet of {vehicles}"
-    for name, column in table.items():
-        fault = _number_fault(name, column, complete=True)
-        if fault is not None:
-            return fault
-    return None
+    return _first_number_fault(table)
 
 
 def realtime_fault(table: Table, vehicles: int) -> str | None:
@@ -72,11 +68,7 @@ def realtime_fault(table: Table, vehicles: int) -> str | None:
         for name in names:
             if len(table[name]) != size:
                 return f"{name} has {len(table[name])} numbers in a message, not {size}"
-    for name, column in table.items():
-        fault = _number_fault(name, column, complete=True)
-        if fault is not None:
-            return fault
-    return None
+    return _first_number_fault(table)
 
 
 def event_fault(event: pb.Event, vehicles: int) -> str | None:
@@ -86,6 +78,12 @@ def event_fault(event: pb.Event, vehicles: int) -> str | None:
     if not 0 <= event.time_ns <= _LATEST_NS:
         return f"time_ns {event.time_ns} is no time of a run"
     return None
+
+
+def _first_number_fault(table: Table) -> str | None:
+    """The fault of the first column that has one, where no number may be missing."""
+    faults = (_number_fault(name, column, complete=True) for name, column in table.items())
+    return next((fault for fault in faults if fault is not None), None)
 
 
 def _number_fault(name: str, column: NDArray[Any], complete: bool) -> str | None:

@@ -16,11 +16,11 @@ def wall_ns() -> int:
 
 
 def pause() -> None:
-    """Let others have the processor, for as long as a message takes.
+    """Give up the processor for about as long as a message takes.
 
-    For who watches several queues, of which Zenoh can wait for one alone.
+    Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    time.sleep(0.0002)  # yields; what is waited for is looked at again, not taken to be there
+    time.sleep(0.0002)  # yields only: the caller looks at its queues again afterwards
 
 
 @dataclass(frozen=True, slots=True)

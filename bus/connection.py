@@ -213,7 +213,7 @@ class Connection:
 
     def _handler(self, topic: Topic[Any]) -> Any:
         """What Zenoh hands the samples of a topic to; each of the two buses says what."""
-        raise NotImplementedError  # with ABC, _stuck would have to be abstract too
+        raise NotImplementedError  # an ABC would make _stuck abstract, too
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK

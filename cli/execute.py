@@ -15,7 +15,7 @@ from zenvoy.cli.ends import Death, want_of
 from zenvoy.cli.guests import NO_GUESTS, Guests
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
-from zenvoy.cli.run import FolderError, make_folder, run_in_process, run_on_zenoh
+from zenvoy.cli.run import FolderError, Interrupted, make_folder, run_in_process, run_on_zenoh
 from zenvoy.scenarios import Loaded, effective_json
 
 _OK, _FAILED, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 1, 2, 3, 130
@@ -52,8 +52,8 @@ def execute(
                 code = _OK if death is None else death.code
             else:
                 run_in_process(loaded, folder, progress)
-    except KeyboardInterrupt:
-        errors.print("interrupted; the log up to here is kept")
+    except Interrupted as interrupted:
+        errors.print(str(interrupted))
         code = _INTERRUPTED
     except OSError as error:  # a full disk, too few processes or file descriptors
         errors.print(f"the run cannot go on: {want_of(error)}")

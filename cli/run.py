@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,7 +25,7 @@ from zenvoy.cli.limits import require_room_for
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.sockets import socket_folder
 from zenvoy.cli.supervisor import Supervisor
-from zenvoy.cli.terminal import requests_to_end
+from zenvoy.cli.terminal import requests_to_end_handled_by
 from zenvoy.scenarios import Loaded, MultiNode, Scenario, effective_json, roster
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.knowledge import prepare
@@ -36,6 +35,18 @@ from zenvoy.world.recorder import Labels, Recorder
 
 class FolderError(Exception):
     """The folder for a run cannot be made, or holds one already."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """The command was asked to end; `complete` says whether its run was over by then."""
+
+    def __init__(self, *, complete: bool) -> None:
+        super().__init__()
+        self.complete = complete
+
+    def __str__(self) -> str:
+        kept = "the run was complete by then" if self.complete else "the log up to here is kept"
+        return f"interrupted; {kept}"
 
 
 def make_folder(out: Path | None, name: str) -> Path:
@@ -94,7 +105,7 @@ def run_in_process(loaded: Loaded, folder: Path, progress: RunProgress) -> None:
                 InProcessBus(agents, recorder.log).run()
         except KeyboardInterrupt:
             recorder.end = "stopped"
-            raise
+            raise Interrupted(complete=False) from None
 
 
 def run_on_zenoh(
@@ -108,7 +119,7 @@ def run_on_zenoh(
     """Run world, channel and vehicles as processes; the untimely death that ended it, if any.
 
     Its code is 0 where who died had done its part, and the run is complete. `per_process` vehicles
-    share a process. Raises OSError where the system has no room for the run.
+    share a process. Raises OSError where the system has no room for the run, and Interrupted.
 
     In real time the run goes on without a vehicle: its death is told to `on_loss`. While it runs,
     its folder says where `guests` and others connect to.
@@ -120,6 +131,7 @@ def run_on_zenoh(
     met = meeting(labels.run, sockets, guests.listen)
     _rehearse(loaded.scenario)
     read_fd, write_fd = os.pipe()
+    supervisor: Supervisor | None = None
     try:
         table = process_table(
             loaded.scenario,
@@ -136,6 +148,9 @@ def run_on_zenoh(
         with supervisor:
             death = supervisor.watch(read_fd, progress.feed, on_loss)
         return death._replace(code=0) if death and supervisor.completed else death
+    except KeyboardInterrupt:
+        complete = supervisor is not None and supervisor.completed
+        raise Interrupted(complete=complete) from None
     finally:
         os.close(read_fd)
         os.close(write_fd)
@@ -187,13 +202,8 @@ def _interrupted_between(recorder: Recorder) -> Iterator[None]:
             raise KeyboardInterrupt
 
     recorder.on_clock = tick
-    numbers = requests_to_end()
-    before = [signal.signal(number, ask) for number in numbers]
-    try:
+    with requests_to_end_handled_by(ask):
         yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
 
 
 def _seldom(progress: RunProgress) -> Callable[[pb.Clock], None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
 from typing import Final, NoReturn
@@ -82,13 +82,20 @@ def interruptible() -> Iterator[None]:
 
     For what has something to tidy up.
     """
+    with requests_to_end_handled_by(_interrupt):
+        yield
+
+
+@contextmanager
+def requests_to_end_handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Install a handler for the requests to end, and the earlier ones again at the end."""
     numbers = requests_to_end()
-    before = [signal.signal(number, _interrupt) for number in numbers]
+    before = [signal.signal(number, handler) for number in numbers]
     try:
         yield
     finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
+        for number, earlier in zip(numbers, before, strict=True):
+            signal.signal(number, earlier)
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:

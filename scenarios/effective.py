@@ -39,7 +39,7 @@ def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # its stub says None alone
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # the stub allows None only
     yaml.allow_unicode = not ascii_only
     yaml.width = 2**31  # no folded lines
     stream = StringIO()

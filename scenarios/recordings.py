@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from decimal import Decimal
 from itertools import pairwise
 from typing import Final
@@ -209,11 +209,12 @@ class _Reader:
             return []
         first, seconds = present[0][1], []
         for line, time, _ in present:
-            try:
-                seconds.append((time - first).total_seconds())  # type: ignore[operator]
-            except TypeError:
+            passed = _between(first, time)
+            if passed is None:
                 text = f"{shown(str(time))} and the first time are not dates of one kind"
                 self._problems.append((line, "", text))
+            else:
+                seconds.append(passed.total_seconds())
         return seconds
 
     @staticmethod
@@ -224,6 +225,15 @@ class _Reader:
         speeds = [_scaled(speed, ratio) for _, _, speed in present if speed is not None]
         raised = sum(_STANDSTILL_MPS <= speed < 0.0 for speed in speeds)
         return [0.0 if _STANDSTILL_MPS <= speed < 0.0 else speed for speed in speeds], raised
+
+
+def _between(first: str | datetime, time: str | datetime) -> timedelta | None:
+    """The time from one date to another; None if one is no date, or one alone has a time zone."""
+    if not (isinstance(first, datetime) and isinstance(time, datetime)):
+        return None
+    if (first.utcoffset() is None) != (time.utcoffset() is None):
+        return None
+    return time - first
 
 
 def _scaled(cell: str, ratio: Ratio) -> float:

@@ -42,6 +42,9 @@ BLOWS: Final = ("KILL", "TERM", "INT", "HUP", "STOP 3 s", "STOP")
 MODES: Final = tuple(CYCLES)
 MOMENTS: Final = ("start", "middle", "last")
 
+KEPT: Final = "interrupted; the log up to here is kept"
+COMPLETE_BY_THEN: Final = "interrupted; the run was complete by then"
+
 # In the last cycle the victim may have done its part already, and be gone or not be needed.
 _SCENARIO: Final = """
 duration_s: {duration_s}
@@ -124,7 +127,7 @@ def _fate_of_command(blow: str) -> Fate:
         return Fate(ends={-signal.SIGKILL: ""}, cut=False)
     if blow.startswith("STOP"):
         return Fate(ends={0: ""}, within_s=60.0)
-    return Fate(ends={130: "interrupted; the log up to here is kept", 0: ""})
+    return Fate(ends={130: KEPT, 0: ""})
 
 
 @dataclass(slots=True)
@@ -136,6 +139,8 @@ class Found:
     took_s: float = 0.0
     lost_s: float = 0.0
     code: int = 0
+    said: str = ""
+    """The first line on stderr."""
 
 
 class Watcher:
@@ -197,6 +202,7 @@ def try_case(case: Case, folder: Path) -> Found:
         outcome = started.wait(120.0)
         found.took_s = time.monotonic() - hit_s
         found.code = outcome.code
+        found.said = outcome.err.partition("\n")[0]
         _judge_end(found, outcome, started)
         if case.victim == "command" and case.blow == "KILL":
             wait_until(lambda: not _temporary(started), "the folder of sockets is gone", 10.0)
@@ -210,7 +216,7 @@ def _strike(started: Command, case: Case, out: Path) -> pb.Clock:
     if case.moment == "start":
         first = "world" if case.victim == "command" else case.process
         started.wait_for_children({first})
-        time.sleep(0.3 * case.at)  # no fact is waited for: any moment is to be hit
+        time.sleep(0.3 * case.at)  # draws the moment of the blow; nothing is waited for
         _hit(started, case)
         started.wait_for_children(set())
         return pb.Clock()
@@ -250,13 +256,20 @@ def _go_on_later(started: Command, case: Case) -> None:
             return
 
 
+def _complete_all_the_same(found: Found) -> bool:
+    """Whether the command says that who was hit had done its part."""
+    if found.code == 0:
+        name = f"{found.case.process} "
+        return found.said.startswith(name) and found.said.endswith("the run is complete")
+    return found.code == 130 and found.said == COMPLETE_BY_THEN
+
+
 def _judge_end(found: Found, outcome: Outcome, started: Command) -> None:
     case, fate = found.case, fate_of(found.case)
-    first = outcome.err.partition("\n")[0]
-    late = f"{case.process} " if case.moment == "last" else "?"
+    first = found.said
     if outcome.code not in fate.ends:
         found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(fate.ends)}")
-    elif outcome.code == 0 and first.startswith(late) and first.endswith("the run is complete"):
+    elif case.moment == "last" and _complete_all_the_same(found):
         pass
     elif first != fate.ends[outcome.code] and not (outcome.code == 0 and not first):
         found.wrong.append(f"stderr says {first!r}, not {fate.ends[outcome.code]!r}")
@@ -295,10 +308,11 @@ def _judge_log(found: Found, path: Path, clock: pb.Clock) -> None:
 
 
 def _judge_result(found: Found, log: Log) -> None:
-    """An end that is complete goes with exit code 0 alone, and with the undisturbed fingerprint."""
+    """A log says `complete` if the command does, and then it has the undisturbed fingerprint."""
     complete = log.result["end"] == "complete"
     killed = found.code == -signal.SIGKILL
-    if complete != (found.code == 0) and not (killed and found.case.moment == "last"):
+    asked_late = found.code == 130 and found.said == COMPLETE_BY_THEN
+    if complete != (found.code == 0 or asked_late) and not (killed and found.case.moment == "last"):
         found.wrong.append(f"exit code {found.code}, but the log says {log.result['end']!r}")
     repeatable = complete and found.case.mode != "realtime"
     if repeatable and log.result["fingerprint"] != undisturbed(found.case.mode):

@@ -90,6 +90,14 @@ def content_of(chunk: Chunk) -> bytes:
 Change = Callable[[int, Logged], Iterable[Logged]]
 
 
+def add_beside(writer: Any, log: Log) -> None:
+    """Write what a log holds beside its messages: metadata and attachments."""
+    for name, metadata in log.metadata.items():
+        writer.add_metadata(name, metadata)
+    for name, data in log.attachments.items():
+        writer.add_attachment(1, 1, name, "", data)
+
+
 def written_anew(
     log: Log,
     change: Change = lambda _, message: (message,),
@@ -102,10 +110,7 @@ def written_anew(
     file = BytesIO()
     writer: Any = Writer(file, chunk_size=chunk_size, compression=compression, use_chunking=chunked)
     writer.start()
-    for name, metadata in log.metadata.items():
-        writer.add_metadata(name, metadata)
-    for name, data in log.attachments.items():
-        writer.add_attachment(1, 1, name, "", data)
+    add_beside(writer, log)
     schema = writer.register_schema("x", "protobuf", b"")
     topics: dict[str, int] = {}
     for number, message in enumerate(log.messages):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from tests.conftest import Log, read_log
+from tests.log_surgery import add_beside
 from tests.logs import write_log
 from zenvoy.analysis import LogError, load, read_facts
 from zenvoy.analysis.columns import Table
@@ -228,10 +229,7 @@ def copy(log: Log, path: Path, compression: CompressionType, chunked: bool) -> N
     with path.open("wb") as file:
         writer = Writer(file, compression=compression, use_chunking=chunked)
         writer.start()
-        for name, metadata in log.metadata.items():
-            writer.add_metadata(name, metadata)
-        for name, data in log.attachments.items():
-            writer.add_attachment(1, 1, name, "", data)
+        add_beside(writer, log)
         schema = writer.register_schema("x", "protobuf", b"")
         topics = {
             c.topic: writer.register_channel(c.topic, "", schema) for c in log.channels.values()

@@ -8,8 +8,11 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import pytest
+
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.cli.ends import Death
+from zenvoy.cli.run import Interrupted
 from zenvoy.cli.spawn import Program
 from zenvoy.cli.supervisor import Supervisor
 
@@ -108,6 +111,24 @@ def test_when_the_leader_is_done_nobody_has_died(tmp_path: Path) -> None:
         Program(name="vehicle-01", run="r", main=wait_for_ever),
     ]
     assert death_of(tmp_path, programs) == (None, [], True)
+
+
+def test_an_interrupted_run_knows_whether_its_leader_finished_all_the_same(tmp_path: Path) -> None:
+    """The world may be about to end the log when the request to end comes."""
+
+    def finish_when_asked() -> None:
+        signal.sigwait({signal.SIGTERM})
+
+    world = Program(name="world", run="r", main=finish_when_asked)
+    supervisor = Supervisor([world], tmp_path, stall_limit_s=60.0)
+    with pytest.raises(KeyboardInterrupt), supervisor:
+        raise KeyboardInterrupt
+    assert supervisor.completed
+    said = [str(Interrupted(complete=complete)) for complete in (True, False)]
+    assert said == [
+        "interrupted; the run was complete by then",
+        "interrupted; the log up to here is kept",
+    ]
 
 
 def test_a_run_that_has_not_begun_needs_everybody(tmp_path: Path) -> None:
