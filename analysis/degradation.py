@@ -12,7 +12,7 @@ from zenvoy.analysis.digest import Digest
 from zenvoy.analysis.evidence import lowest, settled
 from zenvoy.analysis.section import Picture, Sheet
 from zenvoy.analysis.statistics import Mean, mean_of
-from zenvoy.analysis.style import MODEL_COLOURS, subplots
+from zenvoy.analysis.style import MODEL_COLOURS, figure_legend, subplots
 
 MODELS: Final = ("BCM", "MBCM", "PBCM")
 
@@ -127,7 +127,7 @@ def _draw(runs: Mapping[Point, Sequence[Digest]]) -> Figure:
         axes[row, 0].set_ylim(bottom=0.0)  # intervals may reach below, neither quantity does
     for axis, impairment in zip(axes[-1], IMPAIRMENTS, strict=True):
         axis.set_xlabel(impairment.title)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure_legend(figure, axes[0, 0], ncols=3)
     return figure
 
 

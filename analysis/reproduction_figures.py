@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from zenvoy.analysis.digest import SNAPSHOTS_S, Digest
 from zenvoy.analysis.evidence import PAIRS, Evidence, Pair, case, settled
 from zenvoy.analysis.statistics import mean_and_half
-from zenvoy.analysis.style import ESTIMATED, MEASURED, MODEL_COLOURS, SPEED_MAP, TRUE, subplots
+from zenvoy.analysis.style import (
+    ESTIMATED,
+    MEASURED,
+    MODEL_COLOURS,
+    SPEED_MAP,
+    TRUE,
+    figure_legend,
+    subplots,
+)
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +44,7 @@ def error_reduction(evidence: Evidence) -> Figure:
     axes[0, 1].set_title("PBCM (case 15)")
     for below in axes[1]:
         below.set_xlabel("time, s")
+    figure_legend(figure, *axes.flat, markerscale=3)
     return figure
 
 
@@ -44,7 +53,6 @@ def _pair(axes: Any, run: Digest, true: int, other: int, colour: str, name: str)
     time_s = run.time_s[: len(shown)][shown]
     axes.plot(time_s, run.link[other][shown], ".", ms=2.5, color=colour, label=name)
     axes.plot(time_s, run.link[true][shown], color=TRUE, lw=1.2, label="true")
-    axes.legend(loc="lower right", markerscale=3, ncols=2)
 
 
 def snapshots(evidence: Evidence) -> Figure:
@@ -61,7 +69,7 @@ def snapshots(evidence: Evidence) -> Figure:
     for place in axes[:, 0]:
         place.set_ylabel("speed, m/s")
     axes[0, 0].set_ylim(bottom=-1.0)
-    axes[0, 0].legend(loc="lower center", ncols=4, columnspacing=1.0)
+    figure_legend(figure, axes[0, 0])
     return figure
 
 
@@ -107,7 +115,7 @@ def min_distances(evidence: Evidence) -> Figure:
         place.set_xlabel("time, s")
     for place in axes[:, 0]:
         place.set_ylabel("MinDistance, m")
-    axes[0, 0].legend(loc="lower right", ncols=3)
+    figure_legend(figure, axes[0, 0])
     return figure
 
 
@@ -130,7 +138,7 @@ def min_distance_bars(evidence: Evidence) -> Figure:
         place.set_title(pair.title)
         place.set_xlabel("time, s")
     axes[0].set_ylabel("MinDistance, m")
-    axes[0].legend(loc="lower right", ncols=3)
+    figure_legend(figure, axes[0])
     return figure
 
 
@@ -160,7 +168,7 @@ def max_distances(evidence: Evidence) -> Figure:
     _means(axes[0], evidence, _LOUD, "max_distance")
     _bars(axes[1], evidence, _LOUD, "max_distance")
     axes[0].set_ylabel("MaxDistance, m")
-    axes[0].legend(loc="upper right", ncols=3)
+    figure_legend(figure, axes[0])
     for place in axes:
         place.set_xlabel("time, s")
     figure.suptitle(_LOUD.title)

@@ -108,12 +108,18 @@ def _in_private(sockets: Path, scenario: Scenario, wiring: Wiring) -> None:
 
 
 def _tidied(parent: int, sockets: Path, main: Callable[..., None], *arguments: object) -> None:
-    """Run `main`; if the parent has been killed meanwhile, do away with its folder of sockets."""
+    """Run `main` and remove the folder of sockets, which a parent that is killed cannot do.
+
+    After an error a parent that lives removes it, so that no other process trips over its absence
+    and is blamed.
+    """
+    over = False
     try:
         make_private(sockets)
         main(*arguments)
+        over = True
     finally:
-        if os.getppid() != parent:
+        if over or os.getppid() != parent:
             shutil.rmtree(sockets, ignore_errors=True)
 
 

@@ -85,6 +85,20 @@ def test_a_killed_world_leaves_what_it_has_written(tmp_path: Path) -> None:
     assert [pb.FleetTruth.FromString(m.data).cycle for m in log.of("/fleet/truth")][:2] == [0, 1]
 
 
+def test_a_world_that_is_done_leaves_no_folder_of_sockets_to_a_command_that_is_killed(
+    tmp_path: Path,
+) -> None:
+    with running(tmp_path, scenario=LONG.replace("100000", "100")) as started:
+        started.send(signal.SIGSTOP)
+        sockets = Path(started.sockets.name)
+        wait_until(lambda: not any(sockets.iterdir()), "the world has removed its folder")
+        started.send(signal.SIGKILL)
+        outcome = started.wait()
+        assert started.left(10.0) == []
+    assert outcome.code == -signal.SIGKILL
+    assert read_log(tmp_path / "out" / "run.mcap").result["end"] == "complete"
+
+
 @pytest.mark.parametrize(
     ("number", "whole_group"),
     [(signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, True)],
