@@ -12,10 +12,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tests.logs import write_log
+from tests.test_evidence import evidence
 from zenvoy.analysis.chapters import chapters
 from zenvoy.analysis.compare_figures import Labelled, comparison_pictures
 from zenvoy.analysis.load import Run, load
 from zenvoy.analysis.overview import overview_section
+from zenvoy.analysis.reproduction import pictures as paper_pictures
 from zenvoy.analysis.section import Picture, Section
 from zenvoy.analysis.style import look
 from zenvoy.analysis.summary import summary_of
@@ -91,6 +93,15 @@ def test_no_legend_covers_data(runs: list[Labelled]) -> None:
     assert len(pictures) > 30
     for label, picture in pictures:
         assert not covered(drawn_as_saved(picture)), f"{label}: {picture.name}"
+
+
+def test_no_legend_of_the_papers_figures_covers_data() -> None:
+    found = paper_pictures(evidence())
+    assert len(found) == 6
+    for picture in found:
+        figure = drawn_as_saved(picture)
+        assert figure.legends or picture.name == "heat-maps"
+        assert not covered(figure), picture.name
 
 
 def test_every_axis_of_time_shows_an_outage(runs: list[Labelled]) -> None:
