@@ -1,8 +1,8 @@
 """From a run's log to numbers: arrays, metrics, summaries."""
 
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.log import LogError, read_events, read_facts, read_fleet, read_frames
-from zenvoy.analysis.summary import summarize
+from zenvoy.analysis.log.arrays import LogError, read_events, read_facts, read_fleet, read_frames
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.measures.summary import summarize
 
 __all__ = [
     "LogError",

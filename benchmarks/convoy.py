@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from zenvoy.analysis.log import messages
+from zenvoy.analysis.log.arrays import messages
 from zenvoy.bus import messages_pb2 as pb
 
 WARM_UP_CYCLES = 120  # the controller switches at 10 s

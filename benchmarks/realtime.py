@@ -17,8 +17,13 @@ from typing import Final
 from rich.console import Console
 from rich.table import Table
 
-from zenvoy.analysis.load import load
-from zenvoy.analysis.punctuality import Punctuality, missed_decisions, punctuality, quantiles
+from zenvoy.analysis.log.load import load
+from zenvoy.analysis.measures.punctuality import (
+    Punctuality,
+    missed_decisions,
+    punctuality,
+    quantiles,
+)
 
 SIZES: Final = (10, 20, 40, 100, 200)
 SCENARIO: Final = "quickstart"  # up to 53 vehicles everyone is in range of everyone

@@ -13,7 +13,7 @@ from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.technology import TECHNOLOGIES
+from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

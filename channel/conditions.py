@@ -14,7 +14,7 @@ from zenvoy.channel.loss import LossModel
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.where import Where
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.technology import TECHNOLOGIES
+from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

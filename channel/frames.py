@@ -12,7 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.conditions import Way
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs
-from zenvoy.scenarios.technology import Technology
+from zenvoy.scenarios.schema.technology import Technology
 
 Ints = NDArray[np.int64]
 

@@ -17,7 +17,7 @@ from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.technology import TECHNOLOGIES
+from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -8,16 +8,17 @@ from pathlib import Path
 
 from rich.console import Console
 
-from zenvoy.analysis.chapters import chapters
-from zenvoy.analysis.compare import Compared, comparison_page
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.files import csv_bytes, utf8, write_whole
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.log import LogError
-from zenvoy.analysis.overview import overview_section
-from zenvoy.analysis.page import Page, render
-from zenvoy.analysis.report import report_page
-from zenvoy.analysis.summary import summary_of
+from zenvoy.analysis.chapters.contents import chapters
+from zenvoy.analysis.chapters.overview import overview_section
+from zenvoy.analysis.compare.comparison import Compared, comparison_page
+from zenvoy.analysis.log.arrays import LogError
+from zenvoy.analysis.log.cells import utf8
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.measures.summary import summary_of
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.files import csv_bytes, write_whole
+from zenvoy.analysis.page.html import Page, render
+from zenvoy.analysis.page.report import report_page
 from zenvoy.bus.clock import stamp
 from zenvoy.cli.labels import LabelError, labels_for
 from zenvoy.cli.report import print_summary

@@ -30,7 +30,7 @@ from zenvoy.scenarios import (
     effective_yaml,
     load,
 )
-from zenvoy.scenarios.library import packaged
+from zenvoy.scenarios.reading.library import packaged
 
 app = App(
     name="zenvoy",

@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from rich.console import Console
 
-from zenvoy.analysis.page import Page
-from zenvoy.analysis.report import made_by
-from zenvoy.analysis.traffic import DrawnTraffic
-from zenvoy.analysis.v2v import v2v_section
+from zenvoy.analysis.chapters.v2v import v2v_section
+from zenvoy.analysis.measures.traffic import DrawnTraffic
+from zenvoy.analysis.page.html import Page
+from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
 from zenvoy.channel.rehearsal import rehearse
 from zenvoy.cli.analyze import OutError, folder_for, leave

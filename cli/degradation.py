@@ -8,11 +8,11 @@ from typing import Final
 
 from rich.console import Console
 
-from zenvoy.analysis.degradation import IMPAIRMENTS, MODELS, Point, picture, sheet
-from zenvoy.analysis.digest import Digest
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.files import csv_bytes, write_whole
-from zenvoy.analysis.reproduction import markdown
+from zenvoy.analysis.measures.digest import Digest
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.files import csv_bytes, write_whole
+from zenvoy.analysis.paper.degradation import IMPAIRMENTS, MODELS, Point, picture, sheet
+from zenvoy.analysis.paper.reproduction import markdown
 from zenvoy.cli.study import Cell, Study
 
 _SCENARIO: Final = "paper/case-15"

@@ -8,9 +8,9 @@ from shlex import quote
 
 from rich.console import Console
 
-from zenvoy.analysis.files import utf8
-from zenvoy.analysis.log import LogError, as_json
-from zenvoy.analysis.summary import summarize
+from zenvoy.analysis.log.arrays import LogError, as_json
+from zenvoy.analysis.log.cells import utf8
+from zenvoy.analysis.measures.summary import summarize
 from zenvoy.cli.ends import Death, want_of
 from zenvoy.cli.guests import NO_GUESTS, Guests
 from zenvoy.cli.progress import RunProgress

@@ -32,7 +32,7 @@ def info(
     ] = False,
 ) -> None:
     """Print what a log says of its run: metadata, topics, counts, fingerprint."""
-    from zenvoy.analysis.log import LogError, read_facts
+    from zenvoy.analysis.log.arrays import LogError, read_facts
     from zenvoy.cli.report import print_checks, print_facts
 
     try:
@@ -82,9 +82,9 @@ def export(
     out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
 ) -> None:
     """Write the topics of a log as tables, a file each, with units in the names of columns."""
-    from zenvoy.analysis import export as tables
-    from zenvoy.analysis.load import load as load_log
-    from zenvoy.analysis.log import LogError
+    from zenvoy.analysis.log import export as tables
+    from zenvoy.analysis.log.arrays import LogError
+    from zenvoy.analysis.log.load import load as load_log
 
     try:
         loaded = load_log(log)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from zenvoy.analysis.records import LogError
-from zenvoy.analysis.repair import RepairError, repair
+from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.log.repair import RepairError, repair
 
 _OK, _FAILED, _BAD_INPUT = 0, 1, 2
 

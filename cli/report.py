@@ -8,11 +8,11 @@ from typing import Any, Final
 from rich.console import Console
 from rich.table import Table
 
-from zenvoy.analysis.checks import Check
-from zenvoy.analysis.facts import Facts
-from zenvoy.analysis.metrics import telling
+from zenvoy.analysis.log.checks import Check
+from zenvoy.analysis.log.facts import Facts
+from zenvoy.analysis.measures.metrics import telling
 from zenvoy.bus.log_format import CHECKSUM
-from zenvoy.scenarios.technology import TECHNOLOGIES, Technology
+from zenvoy.scenarios.schema.technology import TECHNOLOGIES, Technology
 
 _LATENESS: Final = {
     "cycle": "cycles",

@@ -9,11 +9,11 @@ from typing import Final
 
 from rich.console import Console
 
-from zenvoy.analysis.digest import Digest
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.evidence import MODELS, Evidence
-from zenvoy.analysis.files import csv_bytes, write_whole
-from zenvoy.analysis.reproduction import (
+from zenvoy.analysis.measures.digest import Digest
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.files import csv_bytes, write_whole
+from zenvoy.analysis.paper.evidence import MODELS, Evidence
+from zenvoy.analysis.paper.reproduction import (
     GAINS,
     claims_page,
     gain_label,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
-from zenvoy.analysis.files import utf8
+from zenvoy.analysis.log.cells import utf8
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
 from zenvoy.bus.clock import stamp, wall_ns

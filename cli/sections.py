@@ -12,8 +12,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from zenvoy.analysis.digits import Column, columns
-from zenvoy.analysis.section import Section, Sheet
+from zenvoy.analysis.page.digits import Column, columns
+from zenvoy.analysis.page.section import Section, Sheet
 
 MOST_ROWS: Final = 20  # of a table on the terminal; its CSV has them all
 _BETWEEN: Final = 3  # columns of the terminal between two of a table

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from zenvoy.analysis.digest import Digest, digest
-from zenvoy.analysis.load import load as load_log
+from zenvoy.analysis.log.load import load as load_log
+from zenvoy.analysis.measures.digest import Digest, digest
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.run import run_in_process, run_on_zenoh
 from zenvoy.cli.spawn import die_with

@@ -10,9 +10,9 @@ from typing import Final
 
 from rich.console import Console
 
-from zenvoy.analysis.page import Page
-from zenvoy.analysis.report import made_by
-from zenvoy.analysis.trace_section import trace_section
+from zenvoy.analysis.chapters.trace import trace_section
+from zenvoy.analysis.page.html import Page
+from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
 from zenvoy.cli.analyze import OutError, folder_for, leave
 from zenvoy.cli.sections import print_section

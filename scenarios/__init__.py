@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from zenvoy.scenarios.channel import (
+from zenvoy.scenarios.errors import (
+    InvalidScenarioError,
+    Place,
+    Problem,
+    ScenarioError,
+    UnknownScenarioError,
+    UnreadableScenarioError,
+)
+from zenvoy.scenarios.reading.loader import Loaded, builtin, load
+from zenvoy.scenarios.reading.recordings import Recording
+from zenvoy.scenarios.reading.trace_files import read_trace
+from zenvoy.scenarios.schema.channel import (
     Channel,
     FourState,
     GilbertElliott,
@@ -16,21 +27,11 @@ from zenvoy.scenarios.channel import (
     SenderOffset,
     TechnologyName,
 )
-from zenvoy.scenarios.courses import Course, Targets
-from zenvoy.scenarios.effective import effective_json, effective_yaml
-from zenvoy.scenarios.errors import (
-    InvalidScenarioError,
-    Place,
-    Problem,
-    ScenarioError,
-    UnknownScenarioError,
-    UnreadableScenarioError,
-)
-from zenvoy.scenarios.events import Brake, Sine, Trace
-from zenvoy.scenarios.loader import Loaded, builtin, load
-from zenvoy.scenarios.recordings import Recording
-from zenvoy.scenarios.roster import Settings, group_members, roster
-from zenvoy.scenarios.schema import (
+from zenvoy.scenarios.schema.courses import Course, Targets
+from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
+from zenvoy.scenarios.schema.events import Brake, Sine, Trace
+from zenvoy.scenarios.schema.roster import Settings, group_members, roster
+from zenvoy.scenarios.schema.scenario import (
     Beacons,
     Control,
     Estimator,
@@ -46,9 +47,8 @@ from zenvoy.scenarios.schema import (
     Sensors,
     Switch,
 )
-from zenvoy.scenarios.sets import members
-from zenvoy.scenarios.trace_files import read_trace
-from zenvoy.scenarios.trace_options import READERS as TRACE_OPTIONS
+from zenvoy.scenarios.schema.sets import members
+from zenvoy.scenarios.schema.trace_options import READERS as TRACE_OPTIONS
 
 __all__ = [
     "TRACE_OPTIONS",

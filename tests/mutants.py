@@ -24,7 +24,7 @@ from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.topics import TRUTH, Topic
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.scenarios import Scenario, ScenarioError, load
-from zenvoy.scenarios.library import packaged
+from zenvoy.scenarios.reading.library import packaged
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.world.agent import WorldAgent
 

@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 from tests.conftest import Outcome, zenvoy
 from tests.logs import write_log
 from tests.pages import Read, read
-from zenvoy.analysis import style
-from zenvoy.analysis.compare import Compared, _difference, comparison, comparison_page
-from zenvoy.analysis.compare_figures import Labelled, colours, comparison_pictures
-from zenvoy.analysis.distribution import steps
-from zenvoy.analysis.instants import instants_s
-from zenvoy.analysis.load import load
-from zenvoy.analysis.overview import merits
-from zenvoy.analysis.section import Sheet
-from zenvoy.analysis.summary import summary_of
+from zenvoy.analysis.chapters.overview import merits
+from zenvoy.analysis.compare.comparison import Compared, _difference, comparison, comparison_page
+from zenvoy.analysis.compare.pictures import Labelled, colours, comparison_pictures
+from zenvoy.analysis.log.load import load
+from zenvoy.analysis.measures.distribution import steps
+from zenvoy.analysis.measures.instants import instants_s
+from zenvoy.analysis.measures.summary import summary_of
+from zenvoy.analysis.page import style
+from zenvoy.analysis.page.section import Sheet
 from zenvoy.cli.labels import LabelError, labels_for
 
 BRAKE: Final = "events: [{vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 3}]"

@@ -33,8 +33,8 @@ from tests.log_surgery import (
 from tests.logs import chunk_every, write_log
 from tests.mutated_logs import tried
 from zenvoy.analysis import LogError, load, read_facts
-from zenvoy.analysis.load import Run
-from zenvoy.analysis.repair import RepairError, repair
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.log.repair import RepairError, repair
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import RESULT, RUN, sealed
 from zenvoy.bus.log_writer import LogWriter

@@ -10,10 +10,10 @@ import pytest
 from tests.conftest import zenvoy
 from tests.logs import write_log
 from zenvoy.analysis import load as load_log
-from zenvoy.analysis.degradation import IMPAIRMENTS, MODELS, QUANTITIES, Point, picture, sheet
-from zenvoy.analysis.digest import Digest, digest
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.files import csv_bytes
+from zenvoy.analysis.measures.digest import Digest, digest
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.files import csv_bytes
+from zenvoy.analysis.paper.degradation import IMPAIRMENTS, MODELS, QUANTITIES, Point, picture, sheet
 from zenvoy.cli.degradation import plan, settings
 from zenvoy.scenarios import Scenario, load
 

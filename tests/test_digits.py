@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.analysis.digits import Column, columns, text, texts
-from zenvoy.analysis.section import Cell, Sheet
+from zenvoy.analysis.page.digits import Column, columns, text, texts
+from zenvoy.analysis.page.section import Cell, Sheet
 
 
 def read(written: str) -> float:

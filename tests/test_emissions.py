@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.analysis.emissions import co2_rate, coasting, consumption, fuel_rate
+from zenvoy.analysis.measures.emissions import co2_rate, coasting, consumption, fuel_rate
 
 # emissionsDrivingCycle of SUMO 1.28.0 (PyPI: eclipse-sumo), class HBEFA3/PC_G_EU4, a line per
 # row of its output: speed (m/s), acceleration (m/s²), CO₂ (mg/s), fuel (mg/s).

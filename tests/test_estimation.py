@@ -15,19 +15,19 @@ from scipy import stats
 
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.agreement import agreement
-from zenvoy.analysis.consistency import (
+from zenvoy.analysis.chapters.estimation import estimation_section
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.agreement import agreement
+from zenvoy.analysis.measures.consistency import (
     consistency,
     interval,
     normalised_error,
     normalised_innovation,
     spread,
 )
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.estimation import estimation_section
-from zenvoy.analysis.load import Run
-from zenvoy.analysis.quantities import first_disturbed, quantities
-from zenvoy.analysis.section import Section, Sheet
+from zenvoy.analysis.measures.quantities import first_disturbed, quantities
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.section import Section, Sheet
 
 PBCM = """
 duration_s: 30

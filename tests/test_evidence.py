@@ -15,12 +15,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import t as student
 
-from zenvoy.analysis.claim import LOUD
-from zenvoy.analysis.claims import CLAIMS, answers
-from zenvoy.analysis.digest import Digest
-from zenvoy.analysis.evidence import MODELS, PAIRS, Evidence, at, case, lowest, recovery_s, settled
-from zenvoy.analysis.reproduction import claims_page
-from zenvoy.analysis.statistics import mean_and_half, mean_of
+from zenvoy.analysis.measures.digest import Digest
+from zenvoy.analysis.measures.statistics import mean_and_half, mean_of
+from zenvoy.analysis.paper.claim import LOUD
+from zenvoy.analysis.paper.claims import CLAIMS, answers
+from zenvoy.analysis.paper.evidence import (
+    MODELS,
+    PAIRS,
+    Evidence,
+    at,
+    case,
+    lowest,
+    recovery_s,
+    settled,
+)
+from zenvoy.analysis.paper.reproduction import claims_page
 
 VALUES = st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=40)
 

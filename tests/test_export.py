@@ -16,8 +16,8 @@ import pytest
 from tests.conftest import zenvoy
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.export import ExportError, Form, export
-from zenvoy.analysis.load import Run
+from zenvoy.analysis.log.export import ExportError, Form, export
+from zenvoy.analysis.log.load import Run
 from zenvoy.bus import messages_pb2 as pb
 
 # Estimates are NaN under BCM, vehicle 1 of the open road has no radar, frames are lost.

@@ -114,7 +114,7 @@ def test_a_file_beside_comes_before_a_built_in_of_that_name(write: Write) -> Non
 @pytest.fixture
 def packaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write) -> Write:
     """Writes built-in scenarios, in place of those of the package."""
-    monkeypatch.setattr("zenvoy.scenarios.library.files", lambda _: tmp_path / "package")
+    monkeypatch.setattr("zenvoy.scenarios.reading.library.files", lambda _: tmp_path / "package")
     return lambda texts: write({f"package/{path}": text for path, text in texts.items()})
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from zenvoy.analysis.files import csv_bytes, write_whole
-from zenvoy.analysis.section import Sheet
+from zenvoy.analysis.page.files import csv_bytes, write_whole
+from zenvoy.analysis.page.section import Sheet
 
 
 def test_a_table_keeps_all_its_digits() -> None:

@@ -17,7 +17,7 @@ from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, TechnologyName
-from zenvoy.scenarios.technology import TECHNOLOGIES
+from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Floats = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.logs import write_log
-from zenvoy.analysis import style
-from zenvoy.analysis.happenings import Happening, happenings, impairments, sentences, timeline
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.marks import mark, united
-from zenvoy.analysis.v2v import v2v_section
+from zenvoy.analysis.chapters.v2v import v2v_section
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.page import style
+from zenvoy.analysis.page.happenings import Happening, happenings, impairments, sentences, timeline
+from zenvoy.analysis.page.marks import mark, united
 from zenvoy.scenarios import Scenario
 
 BUSY: Final = """

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from zenvoy.scenarios import ScenarioError, UnreadableScenarioError, load, roster
-from zenvoy.scenarios.reading import LARGEST_BYTES
+from zenvoy.scenarios.reading.bounded import LARGEST_BYTES
 
 Write = Callable[[str, str], Path]
 
@@ -113,7 +113,7 @@ def test_what_is_packed_is_not_larger_either(write: Write) -> None:
 def test_a_table_that_is_named_again_and_again_is_read_only_so_often(
     write: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenvoy.scenarios.tables._MOST_CHARACTERS", 2**20)
+    monkeypatch.setattr("zenvoy.scenarios.reading.tables._MOST_CHARACTERS", 2**20)
     Path("t.csv").write_text("latency_ms\n1\n" + "\n" * 2**15)
     rule = "{latency: {distribution: samples, file: t.csv}}"
     write("s.yaml", f"channel: {{rules: [{', '.join([rule] * 40)}]}}\n")
@@ -187,7 +187,7 @@ def test_time_grows_with_the_number_of_entries_and_not_faster(write: Write) -> N
 def test_a_flood_of_values_is_not_read_to_its_end(
     write: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenvoy.scenarios.source._MOST_VALUES", 500)
+    monkeypatch.setattr("zenvoy.scenarios.reading.source._MOST_VALUES", 500)
 
     def cost_s(values: int) -> float:
         write("s.yaml", "x: [" + "1," * values + "]\n")

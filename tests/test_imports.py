@@ -1,9 +1,11 @@
-"""Imports point one way: as the arrows of DESIGN.md section 1 do."""
+"""Imports point one way: as the arrows of docs/architecture.md do."""
 
 from __future__ import annotations
 
 import ast
+import tomllib
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +22,25 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "world": BELOW,
     "analysis": BELOW,
     "cli": {"analysis", "world", "channel", "vehicles", *BELOW},
+}
+
+# Rooms inside a package: its own modules outside of any room are named by their file.
+ROOMS: Final[dict[str, dict[str, set[str]]]] = {
+    "analysis": {
+        "log": set(),
+        "measures": {"log"},
+        "theory": {"log", "measures"},
+        "page": {"log", "measures"},
+        "chapters": {"log", "measures", "theory", "page"},
+        "compare": {"log", "measures", "page", "chapters"},
+        "paper": {"measures", "page"},
+    },
+    "scenarios": {
+        "wording": set(),
+        "errors": {"wording"},
+        "schema": {"errors", "wording"},
+        "reading": {"errors", "wording", "schema"},
+    },
 }
 
 
@@ -52,6 +73,24 @@ def complaints(source: str, package: str, module: str) -> list[str]:
     return found
 
 
+def complaints_about_rooms(source: str, package: str, room: str) -> list[str]:
+    """What is wrong with the imports of a module in a room of a package.
+
+    A room may not import the package itself either: its `__init__` imports the rooms.
+    """
+    found = []
+    for name in imported(ast.parse(source)):
+        first, _, rest = name.partition(".")
+        other, _, inside = rest.partition(".")
+        target = inside.partition(".")[0]
+        if first == "zenvoy" and other == package:
+            if target not in ROOMS[package]:
+                found.append(f"{name}: the package as a whole")
+            elif target != room and target not in ROOMS[package][room]:
+                found.append(f"{name}: not from {room}")
+    return found
+
+
 MODULES: Final = sorted(path for package in MAY_IMPORT for path in (ROOT / package).rglob("*.py"))
 
 
@@ -59,6 +98,34 @@ MODULES: Final = sorted(path for package in MAY_IMPORT for path in (ROOT / packa
 def test_imports_point_one_way(path: Path) -> None:
     package = path.relative_to(ROOT).parts[0]
     assert complaints(path.read_text(), package, path.stem) == []
+
+
+IN_ROOMS: Final = [
+    (path.relative_to(ROOT), package, path.relative_to(ROOT / package).parts[0].removesuffix(".py"))
+    for path in MODULES
+    if (package := path.relative_to(ROOT).parts[0]) in ROOMS
+    and path != ROOT / package / "__init__.py"
+]
+
+
+@pytest.mark.parametrize(("path", "package", "room"), IN_ROOMS, ids=str)
+def test_imports_between_rooms_point_one_way(path: Path, package: str, room: str) -> None:
+    assert room in ROOMS[package], f"{path}: stands in no room"
+    assert complaints_about_rooms((ROOT / path).read_text(), package, room) == []
+
+
+def test_rooms_have_no_cycle() -> None:
+    for rooms in ROOMS.values():
+        order = tuple(TopologicalSorter(rooms).static_order())  # raises CycleError
+        assert set(order) == set(rooms)
+
+
+def test_every_room_is_installed() -> None:
+    """The list of packages in pyproject.toml is written by hand."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    folders = {path.parent for name in MAY_IMPORT for path in (ROOT / name).rglob("__init__.py")}
+    names = {".".join(("zenvoy", *folder.relative_to(ROOT).parts)) for folder in folders}
+    assert set(settings["packages"]) == names
 
 
 def test_every_package_is_looked_at() -> None:
@@ -103,3 +170,33 @@ def test_a_wrong_import_is_found(package: str, source: str) -> None:
 )
 def test_a_right_import_is_none(package: str, module: str, source: str) -> None:
     assert complaints(source, package, module) == []
+
+
+@pytest.mark.parametrize(
+    ("package", "room", "source"),
+    [
+        ("analysis", "log", "from zenvoy.analysis.page.files import write_whole"),
+        ("analysis", "measures", "from zenvoy.analysis.theory import laws"),
+        ("analysis", "page", "from zenvoy.analysis import chapters"),
+        ("analysis", "chapters", "def late():\n    import zenvoy.analysis.paper.claims"),
+        ("analysis", "chapters", "from zenvoy.analysis import load"),
+        ("scenarios", "schema", "from zenvoy.scenarios.reading.tree import Node"),
+        ("scenarios", "errors", "import zenvoy.scenarios.schema.section"),
+        ("scenarios", "reading", "from zenvoy.scenarios import Scenario"),
+    ],
+)
+def test_a_wrong_import_between_rooms_is_found(package: str, room: str, source: str) -> None:
+    assert len(complaints_about_rooms(source, package, room)) == 1
+
+
+@pytest.mark.parametrize(
+    ("package", "room", "source"),
+    [
+        ("analysis", "log", "from zenvoy.analysis.log.records import Reader"),
+        ("analysis", "chapters", "from zenvoy.analysis.page import style"),
+        ("analysis", "paper", "from zenvoy.scenarios import Scenario\nimport numpy as np"),
+        ("scenarios", "reading", "from zenvoy.scenarios.schema.scenario import Scenario"),
+    ],
+)
+def test_a_right_import_between_rooms_is_none(package: str, room: str, source: str) -> None:
+    assert complaints_about_rooms(source, package, room) == []

@@ -16,8 +16,8 @@ from tests.conftest import Log, read_log
 from tests.log_surgery import add_beside
 from tests.logs import write_log
 from zenvoy.analysis import LogError, load, read_facts
-from zenvoy.analysis.columns import Table
-from zenvoy.analysis.load import Run
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.load import Run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import LOGGED
 from zenvoy.scenarios import effective_json

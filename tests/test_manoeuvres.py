@@ -16,7 +16,7 @@ from tests.test_library import run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS, TRUTH
 from zenvoy.scenarios import Scenario, ScenarioError, load, roster
-from zenvoy.scenarios.courses import course as course_of
+from zenvoy.scenarios.schema.courses import course as course_of
 
 S_NS = 1_000_000_000
 

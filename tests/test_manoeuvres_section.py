@@ -8,11 +8,11 @@ import pytest
 
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.chapters import chapters
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.happenings import happenings
-from zenvoy.analysis.manoeuvres import changes, manoeuvres_section
-from zenvoy.analysis.run_theory import theory_of
+from zenvoy.analysis.chapters.contents import chapters
+from zenvoy.analysis.chapters.manoeuvres import changes, manoeuvres_section
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.happenings import happenings
+from zenvoy.analysis.theory.of_run import theory_of
 from zenvoy.scenarios import Gains
 
 SCENARIO = """

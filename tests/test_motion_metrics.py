@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from zenvoy.analysis.metrics import (
+from zenvoy.analysis.measures.metrics import (
     gaps,
     largest_gaps,
     max_distance,
     min_distance,
     smallest_gaps,
 )
-from zenvoy.analysis.motion import (
+from zenvoy.analysis.measures.motion import (
     counted_flow,
     crossings,
     flow_by_density,
@@ -29,7 +29,7 @@ from zenvoy.analysis.motion import (
     share_at_limit,
     speed_spread,
 )
-from zenvoy.analysis.safety import (
+from zenvoy.analysis.measures.safety import (
     share_below,
     smallest,
     time_exposed,
@@ -37,7 +37,7 @@ from zenvoy.analysis.safety import (
     time_integrated,
     time_to_collision,
 )
-from zenvoy.analysis.spans import Disturbance, Span, distances, disturbances, spans
+from zenvoy.analysis.measures.spans import Disturbance, Span, distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from tests.logs import write_log
 from zenvoy.analysis import load, summarize
-from zenvoy.analysis.instants import instants
-from zenvoy.analysis.load import Run
-from zenvoy.analysis.motion_pictures import pieces_of
-from zenvoy.analysis.motion_section import motion_section
-from zenvoy.analysis.section import Section
+from zenvoy.analysis.chapters.motion import motion_section
+from zenvoy.analysis.chapters.motion_pictures import pieces_of
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.instants import instants
+from zenvoy.analysis.page.section import Section
 
 RING = """
 duration_s: 31

@@ -10,10 +10,10 @@ import pytest
 
 from tests.conftest import zenvoy
 from zenvoy.analysis import load as load_log
-from zenvoy.analysis.fallbacks import fallbacks
+from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario, load
-from zenvoy.scenarios.library import packaged
+from zenvoy.scenarios.reading.library import packaged
 
 Write = Callable[[str], None]
 OPEN = "duration_s: 60\nroad: {type: open}\nfleet: {size: 4}\n"

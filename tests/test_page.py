@@ -12,10 +12,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.pages import read
-from zenvoy.analysis import style
-from zenvoy.analysis.drawing import Drawn, drawn
-from zenvoy.analysis.page import MOST_ROWS, Page, render
-from zenvoy.analysis.section import Picture, Section, Sheet
+from zenvoy.analysis.page import style
+from zenvoy.analysis.page.drawing import Drawn, drawn
+from zenvoy.analysis.page.html import MOST_ROWS, Page, render
+from zenvoy.analysis.page.section import Picture, Section, Sheet
 
 NASTY: Final = "<script>alert(\"1\")</script> & 'so' {{ 7 * 7 }} </style> --> http"
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from zenvoy.analysis import read_fleet, summarize
-from zenvoy.analysis.metrics import gaps, min_distance
+from zenvoy.analysis.measures.metrics import gaps, min_distance
 
 RING_M = 1_500.0
 

@@ -13,14 +13,14 @@ from matplotlib.figure import Figure
 
 from tests.logs import write_log
 from tests.test_evidence import evidence
-from zenvoy.analysis.chapters import chapters
-from zenvoy.analysis.compare_figures import Labelled, comparison_pictures
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.overview import overview_section
-from zenvoy.analysis.reproduction import pictures as paper_pictures
-from zenvoy.analysis.section import Picture, Section
-from zenvoy.analysis.style import look
-from zenvoy.analysis.summary import summary_of
+from zenvoy.analysis.chapters.contents import chapters
+from zenvoy.analysis.chapters.overview import overview_section
+from zenvoy.analysis.compare.pictures import Labelled, comparison_pictures
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.measures.summary import summary_of
+from zenvoy.analysis.page.section import Picture, Section
+from zenvoy.analysis.page.style import look
+from zenvoy.analysis.paper.reproduction import pictures as paper_pictures
 
 RING: Final = """
 duration_s: 30

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from zenvoy.analysis.plausible import fleet_fault
+from zenvoy.analysis.log.plausible import fleet_fault
 
 
 def test_a_command_that_never_came_in_real_time_is_no_damage() -> None:

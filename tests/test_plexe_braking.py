@@ -9,10 +9,10 @@ import pytest
 
 from tests.logs import write_log
 from tests.pages import read
-from zenvoy.analysis.chapters import chapters
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.page import Page, render
-from zenvoy.analysis.section import Section, Sheet
+from zenvoy.analysis.chapters.contents import chapters
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.page.html import Page, render
+from zenvoy.analysis.page.section import Section, Sheet
 
 CASE: Final = Path(__file__).parent / "cases" / "plexe-braking.yaml"
 

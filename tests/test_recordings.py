@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from tests import recordings as forms
 from zenvoy.scenarios import ScenarioError, Trace, load
-from zenvoy.scenarios.columns import Choice, RecordingError
-from zenvoy.scenarios.recordings import Recording, recording
-from zenvoy.scenarios.units import SPEEDS, split_header
+from zenvoy.scenarios.reading.columns import Choice, RecordingError
+from zenvoy.scenarios.reading.recordings import Recording, recording
+from zenvoy.scenarios.schema.units import SPEEDS, split_header
 
 MPH, KNOT = 0.44704, 1852 / 3600
 

@@ -16,11 +16,11 @@ from mcap.reader import make_reader
 from tests.conftest import Outcome, zenvoy
 from tests.logs import write_log
 from tests.pages import Read, read
-from zenvoy.analysis.load import load
-from zenvoy.analysis.overview import merits
-from zenvoy.analysis.page import Page
-from zenvoy.analysis.report import models, report_page
-from zenvoy.analysis.summary import summarize
+from zenvoy.analysis.chapters.overview import merits
+from zenvoy.analysis.log.load import load
+from zenvoy.analysis.measures.summary import summarize
+from zenvoy.analysis.page.html import Page
+from zenvoy.analysis.page.report import models, report_page
 from zenvoy.scenarios import Scenario
 from zenvoy.scenarios import load as load_scenario
 

@@ -19,8 +19,8 @@ from zenvoy.scenarios import (
     Switch,
 )
 from zenvoy.scenarios import load as load_scenario
-from zenvoy.scenarios.roster import group_members, roster
-from zenvoy.scenarios.sets import drawn, members
+from zenvoy.scenarios.schema.roster import group_members, roster
+from zenvoy.scenarios.schema.sets import drawn, members
 
 HUMANS = frozenset({2, 5})
 

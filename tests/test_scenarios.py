@@ -191,7 +191,7 @@ def test_cases_are_listed_in_order_of_their_numbers(
     for name in ("quickstart", "paper/case-15", "paper/case-2"):
         (tmp_path / f"{name}.yaml").write_text(f"description: about {name}\n")
     (tmp_path / "notes.txt").touch()
-    monkeypatch.setattr("zenvoy.scenarios.library.files", lambda _: tmp_path)
+    monkeypatch.setattr("zenvoy.scenarios.reading.library.files", lambda _: tmp_path)
     names = ["paper/case-2", "paper/case-15", "quickstart"]
     assert builtin() == [(name, f"about {name}") for name in names]
 

@@ -12,7 +12,7 @@ import pytest
 
 from tests import recordings
 from zenvoy.scenarios import load
-from zenvoy.scenarios.allowed import interval, resolved, schema_at, types
+from zenvoy.scenarios.reading.allowed import interval, resolved, schema_at, types
 
 PAGE: Final = (Path(__file__).parents[1] / "docs" / "scenarios.md").read_text()
 

@@ -8,7 +8,7 @@ from typing import Final
 import pytest
 from rich.console import Console
 
-from zenvoy.analysis.section import Section, Sheet
+from zenvoy.analysis.page.section import Section, Sheet
 from zenvoy.cli.sections import MOST_ROWS, print_section
 
 WIDE: Final = Sheet(

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from zenvoy.analysis.stability import (
+from zenvoy.analysis.measures.stability import (
     Arrivals,
     arrivals,
     decay,
@@ -20,7 +20,7 @@ from zenvoy.analysis.stability import (
     response,
     wave_speed,
 )
-from zenvoy.analysis.theory import transfer
+from zenvoy.analysis.theory.laws import transfer
 from zenvoy.scenarios import Gains
 
 Floats = NDArray[np.float64]

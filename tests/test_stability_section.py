@@ -10,9 +10,9 @@ import pytest
 
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.section import Section, Sheet
-from zenvoy.analysis.stability_section import stability_section
-from zenvoy.analysis.style import look
+from zenvoy.analysis.chapters.stability import stability_section
+from zenvoy.analysis.page.section import Section, Sheet
+from zenvoy.analysis.page.style import look
 
 QUIET = "sensors: {error: 0}\n"
 BRAKE = "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n"

@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import run, zenvoy
 from zenvoy.analysis import load
-from zenvoy.analysis.digest import Digest, digest
+from zenvoy.analysis.measures.digest import Digest, digest
 from zenvoy.cli.reproduce import plan
 from zenvoy.cli.study import Cell, Study, grid
 from zenvoy.scenarios import ScenarioError

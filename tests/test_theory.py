@@ -8,7 +8,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from zenvoy.analysis.theory import (
+from zenvoy.analysis.theory.chain import (
+    Member,
+    follow,
+    frequency_response,
+    is_stable,
+    open_road,
+)
+from zenvoy.analysis.theory.laws import (
     BCM,
     FM,
     Coupling,
@@ -20,14 +27,7 @@ from zenvoy.analysis.theory import (
     transfer,
     weights_of,
 )
-from zenvoy.analysis.theory_chain import (
-    Member,
-    follow,
-    frequency_response,
-    is_stable,
-    open_road,
-)
-from zenvoy.analysis.theory_ring import (
+from zenvoy.analysis.theory.ring import (
     eigenvalue,
     long_wave_speed,
     metres_per_second,

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.logs import write_log
-from zenvoy.analysis.disturbed import Disturbed, disturbed
-from zenvoy.analysis.load import Run, load
-from zenvoy.analysis.ring_modes import ModeRow, measured_modes
-from zenvoy.analysis.stability import response
-from zenvoy.analysis.theory import FM, is_string_stable, peak_gain, transfer
-from zenvoy.analysis.theory_chain import frequency_response
-from zenvoy.analysis.theory_ring import slowest_mode
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.measures.stability import response
+from zenvoy.analysis.theory.chain import frequency_response
+from zenvoy.analysis.theory.disturbed import Disturbed, disturbed
+from zenvoy.analysis.theory.laws import FM, is_string_stable, peak_gain, transfer
+from zenvoy.analysis.theory.ring import slowest_mode
+from zenvoy.analysis.theory.ring_modes import ModeRow, measured_modes
 from zenvoy.scenarios import Gains
 
 Floats = NDArray[np.float64]

@@ -16,10 +16,13 @@ from scipy import stats
 
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.ages import ages
-from zenvoy.analysis.columns import Table
-from zenvoy.analysis.drawing import drawn
-from zenvoy.analysis.links import (
+from zenvoy.analysis.chapters.v2v import v2v_section
+from zenvoy.analysis.chapters.v2v_pictures import draw_bursts
+from zenvoy.analysis.chapters.v2v_sheets import link_groups
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.ages import ages
+from zenvoy.analysis.measures.links import (
     Delivery,
     by_distance,
     delivery,
@@ -28,11 +31,8 @@ from zenvoy.analysis.links import (
     loss_bursts,
     wilson,
 )
-from zenvoy.analysis.load import Run
-from zenvoy.analysis.section import Section, Sheet
-from zenvoy.analysis.v2v import v2v_section
-from zenvoy.analysis.v2v_figures import draw_bursts
-from zenvoy.analysis.v2v_sheets import link_groups
+from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.section import Section, Sheet
 from zenvoy.bus import messages_pb2 as pb
 
 LTE = """

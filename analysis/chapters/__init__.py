@@ -1,0 +1,1 @@
+"""The chapters of a report: what each shows of a run, as tables and pictures."""

@@ -1,0 +1,198 @@
+"""The chapter "Manoeuvres": gaps and speeds beside those that the schedule asks for, over time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.metrics import gaps
+from zenvoy.analysis.page.happenings import happenings
+from zenvoy.analysis.page.marks import mark
+from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
+from zenvoy.analysis.page.style import CYCLE, legend, subplots
+from zenvoy.scenarios import Course, roster
+
+Floats = NDArray[np.float64]
+Row = tuple[Cell, ...]
+Kind = Literal["gap", "speed"]
+
+_REACHED: Final = 0.05  # of the change: nearer than this, a value is reached
+_MOST_LINES: Final = len(CYCLE)
+
+
+class Change(NamedTuple):
+    """What the schedule asks of a vehicle (1..n): from one value to another, evenly."""
+
+    vehicle: int
+    kind: Kind
+    start_s: float
+    end_s: float
+    before: float
+    after: float
+
+
+def manoeuvres_section(run: Run) -> Section | None:
+    """Desired against actual gaps and speeds; None where the schedule changes neither."""
+    found = changes(run)
+    if not found:
+        return None
+    shown = {kind: _vehicles(found, kind) for kind in ("gap", "speed")}
+    notes = [
+        f"{len(vehicles)} vehicles change their {kind}; the picture shows the first {_MOST_LINES}."
+        for kind, vehicles in shown.items()
+        if len(vehicles) > _MOST_LINES
+    ]
+    return Section(
+        title="Manoeuvres",
+        notes=tuple(notes),
+        sheets=(_sheet(run, found),),
+        pictures=(
+            Picture(
+                name="manoeuvres",
+                caption=(
+                    "Gaps, front to front, and speeds (solid) of the vehicles whose desired ones "
+                    "the schedule changes, beside what is desired (dashed). A law with a constant "
+                    "spacing brings the solid line to the dashed one."
+                ),
+                draw=lambda: _drawn(run, found),
+            ),
+        ),
+    )
+
+
+def changes(run: Run) -> list[Change]:
+    """Every change within the run, in order of time; gaps of those with nobody ahead are none."""
+    last_s = float(run.time_s[-1])
+    found = []
+    for vehicle, told in enumerate(roster(run.scenario), start=1):
+        kinds: list[tuple[Kind, Course]] = [("speed", told.targets.desired_speed_mps)]
+        if vehicle > 1 or run.scenario.ring_length_m is not None:
+            kinds.append(("gap", told.targets.desired_gap_m))
+        found += [
+            Change(vehicle, kind, *change)
+            for kind, course in kinds
+            for change in _of_course(course)
+            if change[0] < last_s
+        ]
+    return sorted(found, key=lambda change: (change.start_s, change.vehicle))
+
+
+def _of_course(course: Course) -> Iterator[tuple[float, float, float, float]]:
+    for (start_ns, before), (end_ns, after) in pairwise(course.points):
+        if before != after:
+            yield start_ns / 1e9, end_ns / 1e9, before, after
+
+
+def _vehicles(found: list[Change], kind: str) -> list[int]:
+    return sorted({change.vehicle for change in found if change.kind == kind})
+
+
+def _sheet(run: Run, found: list[Change]) -> Sheet:
+    told = roster(run.scenario)
+    actual = {"gap": _gaps(run), "speed": run.truth["speed"]}
+    units = {"gap": "desired gap, m", "speed": "desired speed, m/s"}
+    rows: list[Row] = []
+    for change in found:
+        values = actual[change.kind][:, change.vehicle - 1]
+        until_s = min(
+            (
+                other.start_s
+                for other in found
+                if (other.vehicle, other.kind) == (change.vehicle, change.kind)
+                and other.start_s > change.start_s
+            ),
+            default=float(run.time_s[-1]),
+        )
+        phases = told[change.vehicle - 1].phases
+        model = phases[bisect_right(phases, round(change.end_s * 1e9), key=lambda p: p[0]) - 1][1]
+        rows.append(
+            (
+                change.start_s,
+                change.end_s,
+                change.vehicle,
+                model,
+                units[change.kind],
+                change.before,
+                change.after,
+                _at(run.time_s, values, change.end_s),
+                _at(run.time_s, values, until_s),
+                _reached_s(run.time_s, values, change, until_s),
+            )
+        )
+    return Sheet(
+        name="manoeuvres",
+        title="What the schedule asked for, and what came of it",
+        columns=(
+            "from, s",
+            "to, s",
+            "vehicle",
+            "model",
+            "what",
+            "before",
+            "after",
+            "true at the end of the change",
+            "true before the next",
+            "reached at, s",
+        ),
+        rows=tuple(rows),
+        note="Reached: from when on the true value is nearer to the desired one than 5 % of the "
+        "change, until the next change or the end of the run. BCM, MBCM and PBCM balance gaps and "
+        "have no desired one, but for the last vehicle of the open road.",
+    )
+
+
+def _gaps(run: Run) -> Floats:
+    return gaps(run.truth["position"], run.scenario.ring_length_m)
+
+
+def _at(time_s: Floats, values: Floats, at_s: float) -> float | None:
+    """The value in the cycle that begins at that time; None after the end of the run."""
+    if at_s > time_s[-1] + 1e-9:
+        return None
+    return float(values[int(np.searchsorted(time_s, at_s - 1e-9))])
+
+
+def _reached_s(time_s: Floats, values: Floats, change: Change, until_s: float) -> float | None:
+    """From when on the value is reached and stays so; None: never."""
+    rows = np.flatnonzero((time_s >= change.start_s - 1e-9) & (time_s <= until_s + 1e-9))
+    band = _REACHED * abs(change.after - change.before)
+    out = np.flatnonzero(np.abs(values[rows] - change.after) > band)
+    first = int(out[-1]) + 1 if out.size else 0
+    return float(time_s[rows[first]]) if first < rows.size else None
+
+
+def _drawn(run: Run, found: list[Change]) -> Figure:
+    kinds = [kind for kind in ("gap", "speed") if _vehicles(found, kind)]
+    figure, axes = subplots(
+        len(kinds), height_in=0.6 + 2.3 * len(kinds), sharex=True, squeeze=False
+    )
+    told, found_s = roster(run.scenario), happenings(run)
+    for one, kind in zip(axes[:, 0], kinds, strict=True):
+        values = _gaps(run) if kind == "gap" else run.truth["speed"]
+        for colour, vehicle in zip(CYCLE, _vehicles(found, kind), strict=False):
+            targets = told[vehicle - 1].targets
+            course = targets.desired_gap_m if kind == "gap" else targets.desired_speed_mps
+            one.plot(run.time_s, values[:, vehicle - 1], color=colour, label=f"vehicle {vehicle}")
+            _plot(one, course, float(run.time_s[-1]), colour)
+        one.set_xlim(run.time_s[0], run.time_s[-1])
+        mark(one, found_s)
+        one.set_ylabel("gap ahead, m" if kind == "gap" else "speed, m/s")
+        legend(one)
+    axes[-1, 0].set_xlabel("time, s")
+    return figure
+
+
+def _plot(axes: Any, course: Course, last_s: float, colour: str) -> None:
+    """A course as it is: its corners, and its last value to the end of the run."""
+    times = [time_ns * 1e-9 for time_ns, _ in course.points]
+    values = [value for _, value in course.points]
+    axes.plot(
+        [*times, max(last_s, times[-1])], [*values, values[-1]], color=colour, ls="--", lw=0.9
+    )

@@ -1,0 +1,233 @@
+"""The chapter "Motion" of a run's report: how the fleet moved, in figures and pictures."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from zenvoy.analysis.chapters.distance_pictures import (
+    LONGEST_S,
+    THRESHOLDS_S,
+    WINDOW_S,
+    collision_time,
+    distance_bars,
+    headways,
+    run_time_to_collision,
+)
+from zenvoy.analysis.chapters.motion_pictures import (
+    heat_map,
+    snapshots,
+    space_time,
+)
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.emissions import consumption
+from zenvoy.analysis.measures.instants import PAPER_S, instants, of_paper
+from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.motion import (
+    counted_flow,
+    crossings,
+    flow_by_density,
+    jerk,
+    rms,
+    share_at_limit,
+)
+from zenvoy.analysis.measures.safety import share_below, time_exposed, time_headway, time_integrated
+from zenvoy.analysis.measures.spans import distances, disturbances, spans
+from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
+from zenvoy.bus import messages_pb2 as pb
+
+Row = tuple[Cell, ...]
+
+_TITLE: Final = "Motion"
+
+
+def motion_section(run: Run) -> Section:
+    """Figures and pictures of a run's motion; a note where nothing moved in the log."""
+    if len(run.time_s) < 2:
+        return Section(title=_TITLE, notes=("No cycle was logged: there is no motion to show.",))
+    return Section(
+        title=_TITLE,
+        sheets=(_distances(run), *_speeds(run), _figures(run)),
+        pictures=tuple(_pictures(run)),
+        notes=tuple(_notes(run)),
+    )
+
+
+def _distances(run: Run) -> Sheet:
+    time_s = run.time_s
+    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    smallest, largest, mean = min_distance(gap), max_distance(gap), np.nanmean(gap, axis=1)
+    rows: list[Row] = []
+    for span in spans(disturbances(run.events), float(time_s[-1])):
+        pair = distances(span, time_s, smallest, largest)
+        if pair is not None:
+            middle = float(mean[span.rows(time_s)].mean())
+            rows.append((span.name.replace("_", " "), pair[0], middle, pair[1]))
+    return Sheet(
+        name="motion-distances",
+        title="Distances",
+        columns=("span", "MinDistance, m", "mean gap, m", "MaxDistance, m"),
+        rows=tuple(rows),
+        note="MinDistance and MaxDistance are means of the three smallest and largest gaps, front "
+        "to front. Before a disturbance and at the end: means over 5 s; dip: the extremes up to "
+        "30 s after the last disturbance.",
+    )
+
+
+def _speeds(run: Run) -> list[Sheet]:
+    rows = [
+        (at_s, float(run.truth["speed"][row].mean()), float(run.truth["speed"][row].std()))
+        for at_s, row in instants(run)
+    ]
+    if not rows:
+        return []
+    return [
+        Sheet(
+            name="motion-speeds",
+            title=f"Speeds at {_which(run)}",
+            columns=("time, s", "mean speed, m/s", "spread of speed, m/s"),
+            rows=tuple(rows),
+            note="The spread is the standard deviation over the vehicles.",
+        )
+    ]
+
+
+def _figures(run: Run) -> Sheet:
+    return Sheet(
+        name="motion-figures",
+        title="Figures of merit",
+        columns=("figure", "unit", "value"),
+        rows=tuple(_safety(run) + _comfort(run) + _throughput(run)),
+        note="Time to collision: gap between bumpers over closing speed. TET and TIT: time exposed "
+        "and time integrated (Minderhoud and Bovy 2001), summed over vehicles. Fuel and CO₂: a "
+        "petrol car of Euro 4 on a flat road, as SUMO computes HBEFA3/PC_G_EU4.",
+    )
+
+
+def _safety(run: Run) -> list[Row]:
+    period_s = run.scenario.period_ns * 1e-9
+    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    ttc = run_time_to_collision(run)
+    headway = time_headway(gap, run.truth["speed"])
+    known = headway[~np.isnan(headway)]
+    least = float(np.fmin.reduce(ttc, axis=None))
+    rows: list[Row] = [
+        ("smallest gap", "m", float(np.nanmin(gap))),
+        ("collisions", "", sum(event.kind == pb.EVENT_COLLISION for event in run.events)),
+        ("smallest time to collision", "s", least if np.isfinite(least) else None),
+    ]
+    for threshold_s in THRESHOLDS_S:
+        below = f"time to collision below {threshold_s:g} s"
+        rows += [
+            (f"{below}, share", "%", 100.0 * share_below(ttc, threshold_s)),
+            (f"{below}, exposed (TET)", "s", time_exposed(ttc[1:], threshold_s, period_s)),
+            (f"{below}, integrated (TIT)", "s²", time_integrated(ttc[1:], threshold_s, period_s)),
+        ]
+    return [
+        *rows,
+        ("smallest time headway", "s", float(known.min()) if known.size else None),
+        ("mean time headway", "s", float(known.mean()) if known.size else None),
+    ]
+
+
+def _comfort(run: Run) -> list[Row]:
+    acceleration = run.truth["acceleration"][1:]  # means over the period that ends there
+    limit = run.scenario.control.acceleration_limit_mps2
+    rows: list[Row] = [
+        ("time at the acceleration limits", "%", 100.0 * share_at_limit(acceleration, limit)),
+        ("acceleration, RMS", "m/s²", rms(acceleration)),
+    ]
+    if len(acceleration) > 1:
+        rows.append(("jerk, RMS", "m/s³", rms(jerk(acceleration, run.scenario.period_ns * 1e-9))))
+    return rows
+
+
+def _throughput(run: Run) -> list[Row]:
+    time_s, truth, ring = run.time_s, run.truth, run.scenario.ring_length_m
+    point_m = 0.0 if ring else float(truth["position"][0, 0])
+    passed = crossings(time_s, truth["position"], point_m, ring)
+    counted = counted_flow(passed, float(time_s[-1] - time_s[0]) if ring else None)
+    density = flow_by_density(truth["position"], truth["speed"], ring).mean()
+    spent = consumption(truth["speed"][1:], truth["acceleration"][1:])
+    return [
+        ("mean speed", "m/s", float(truth["speed"].mean())),
+        ("flow, density × mean speed", "vehicles/h", float(density)),
+        ("flow, counted at a point", "vehicles/h", counted),
+        ("fuel", "l/100 km", spent.fuel_l_per_100km if spent else None),
+        ("CO₂", "g/km", spent.co2_g_per_km if spent else None),
+    ]
+
+
+def _pictures(run: Run) -> list[Picture]:
+    seam = (
+        " A line that leaves at the top comes in again below." if run.scenario.ring_length_m else ""
+    )
+    frame = "" if run.scenario.ring_length_m else ", seen from the middle of the fleet"
+    pictures = [
+        Picture(
+            name="motion-space-time",
+            caption="Where every vehicle is, coloured by its speed: above the whole run, below "
+            f"the time around the first disturbance{frame}.{seam} A wave of slow traffic shows as "
+            "a dark band; one that falls to the right runs against the traffic.",
+            draw=partial(space_time, run),
+        ),
+        Picture(
+            name="motion-heat-map",
+            caption="Speed of every vehicle over time. The more even the colour, the calmer the "
+            "fleet.",
+            draw=partial(heat_map, run),
+        ),
+        Picture(
+            name="motion-gaps",
+            caption="MinDistance and MaxDistance, the means of the three smallest and largest "
+            f"gaps. Error bars: mean and standard deviation of those three over {WINDOW_S:g} s "
+            "or a fortieth of the run, whichever is longer; they hold how the three differ and how "
+            "they move.",
+            draw=partial(distance_bars, run),
+        ),
+        *_nearness(run),
+        Picture(
+            name="motion-time-headway",
+            caption="Distribution of the time headway over all vehicles that move and all times.",
+            draw=partial(headways, run),
+        ),
+    ]
+    if instants(run):
+        caption = f"Speed of every vehicle at {_which(run)}."
+        pictures.insert(
+            2, Picture(name="motion-snapshots", caption=caption, draw=partial(snapshots, run))
+        )
+    return pictures
+
+
+def _nearness(run: Run) -> list[Picture]:
+    """The picture of the time to collision, where any is less than the axis shows."""
+    if float(np.fmin.reduce(run_time_to_collision(run), axis=None)) >= LONGEST_S:
+        return []
+    return [
+        Picture(
+            name="motion-time-to-collision",
+            caption="Above, the smallest time to collision of the fleet; below, the share of "
+            "vehicles for which it is under 4 s and under 1.5 s, dashed above.",
+            draw=partial(collision_time, run),
+        )
+    ]
+
+
+def _which(run: Run) -> str:
+    """The instants of the snapshots, in words."""
+    if of_paper(run):
+        return "the instants that the paper looks at"
+    return f"instants from the {'first disturbance' if disturbances(run.events) else 'start'} on"
+
+
+def _notes(run: Run) -> list[str]:
+    notes = []
+    if not disturbances(run.events):
+        notes.append("No vehicle was disturbed: there is no dip to look at.")
+    missing = [f"{at_s:g}" for at_s in PAPER_S if at_s > run.time_s[-1]]
+    if missing and of_paper(run):
+        notes.append(f"The run ends before {' and '.join(missing)} s: no snapshot there.")
+    return notes

@@ -1,0 +1,248 @@
+"""Tables of string stability: figures and modes, measured beside theory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.chapters.stability_pictures import EXCITED, followers
+from zenvoy.analysis.chapters.stability_vehicles import gains_beside, pair
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.stability import norms, response, wave_speed
+from zenvoy.analysis.measures.stretches import Stretch
+from zenvoy.analysis.page.section import Cell, Sheet
+from zenvoy.analysis.theory.chain import Member
+from zenvoy.analysis.theory.disturbed import Disturbed, fluctuation
+from zenvoy.analysis.theory.laws import FM, group_delay_s, is_string_stable, peak_gain
+from zenvoy.analysis.theory.ring import long_wave_speed, metres_per_second
+from zenvoy.analysis.theory.ring_modes import Modes
+
+Floats = NDArray[np.float64]
+Row = tuple[Cell, ...]
+
+
+def figure_sheet(run: Run, case: Disturbed, modes: Modes) -> Sheet:
+    """What there is to say in one number, measured and by theory."""
+    disturbance = case.disturbance
+    theory = " Theory: linear, from the motion of the disturbed vehicle as it was."
+    theory = "" if case.predicted is None else theory
+    return Sheet(
+        name="stability-figures",
+        title="String stability in figures",
+        columns=("figure", "unit", "measured", "theory"),
+        rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *_slowest(modes)),
+        note=f"From {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
+        f"{disturbance.vehicle} was disturbed ({disturbance.text}).{theory}",
+    )
+
+
+def _gains(case: Disturbed) -> list[Row]:
+    rows: list[Row] = []
+    last = len(case.behind) - 1
+    for field, name in (("l2", "L2"), ("linf", "L∞")):
+        both = [getattr(gains, field) for gains in gains_beside(case)]
+        steps = [_largest_step(case, values) for values in both]
+        ends = [float(values[case.behind[-1]]) for values in both]
+        rows += [
+            (f"largest {name} gain from one vehicle to the next", "", *pair(steps)),
+            (f"{name} gain to the vehicle {last} behind", "", *pair(ends)),
+        ]
+    return rows
+
+
+def _largest_step(case: Disturbed, gain: Floats) -> float | None:
+    seen = case.seen
+    steps = [
+        float(gain[vehicle] / gain[before])
+        for order in (case.behind, case.ahead)
+        for before, vehicle in pairwise(order)
+        if seen[before]
+    ]
+    return max(steps, default=None)
+
+
+def _one_pair(run: Run, case: Disturbed) -> list[Row]:
+    """One vehicle behind another: what every vehicle of a string under FM does."""
+    chain = _following(case)
+    if chain is None:
+        return []
+    gains, delay_s = chain.gains, chain.delay_s
+    peak = peak_gain(gains, delay_s)
+    gain, omega = _measured_peak(run, case)
+    packet_s = group_delay_s(peak.omega, gains, delay_s)
+    return [
+        (
+            "string-stable without delay: κ² + 2 k_v κ ≥ 2 k_d",
+            "",
+            None,
+            "yes" if is_string_stable(gains) else "no",
+        ),
+        ("delay: wait, system, half a period", "s", None, delay_s),
+        ("peak gain to the next vehicle", "", gain, peak.gain),
+        ("frequency of that peak", "rad/s", omega, peak.omega),
+        ("group delay at that peak", "s", None, packet_s),
+    ]
+
+
+def _following(case: Disturbed) -> Member | None:
+    """The law of all vehicles behind the disturbed one where that is FM, alike for all."""
+    if case.theory is None or len(case.behind) < 2:
+        return None
+    laws = {case.theory.members[i] for i in case.behind[1:]}
+    law = laws.pop()
+    return law if not laws and law.coupling == FM else None
+
+
+def _measured_peak(run: Run, case: Disturbed) -> tuple[float | None, float | None]:
+    """Peak of the gain from vehicle to vehicle: the k-th root of that to the farthest one shown."""
+    shown = followers(run, case)
+    if not shown:
+        return None, None
+    k = shown[-1]
+    acceleration = run.truth["acceleration"][case.rows]
+    head, tail = acceleration[:, case.source], acceleration[:, case.behind[k]]
+    found = response(head, tail, case.period_s, EXCITED)
+    gain = np.abs(found.ratio) ** (1.0 / k)
+    best = int(np.argmax(gain))
+    around = slice(best - 1, best + 2)
+    if not 0 < best < len(gain) - 1:
+        return float(gain[best]), float(found.omega[best])
+    curve = np.polyfit(found.omega[around], gain[around], 2)  # finer than the record resolves
+    omega = -curve[1] / (2.0 * curve[0])
+    return float(np.polyval(curve, omega)), float(omega)
+
+
+def _waves(run: Run, case: Disturbed) -> list[Row]:
+    if not case.has_dip:
+        return []
+    rows: list[Row] = []
+    gap_m = run.scenario.fleet.gap_m
+    speed_mps = float(run.truth["speed"][case.rows].mean())
+    for order, way, sign in ((case.behind, "backwards", 1.0), (case.ahead, "forwards", -1.0)):
+        measured = wave_speed(case.dips(case.deviation, order))
+        theory = None if case.predicted is None else wave_speed(case.dips(case.predicted, order))
+        if measured is None and theory is None:
+            continue
+        over = [
+            None if speed is None else metres_per_second(sign * speed, gap_m, speed_mps)
+            for speed in (measured, theory)
+        ]
+        what = f"dip {way}: speed"
+        rows.append((f"{what} from vehicle to vehicle", "vehicles/s", measured, theory))
+        rows += _over_the_road(what, over)
+    alike = case.theory.alike if case.theory else None
+    if alike is not None and alike.coupling is not None:
+        long = long_wave_speed(alike.coupling, alike.gains)
+        rows.append(
+            ("speed of long waves", "vehicles/s", None, long if math.isfinite(long) else None)
+        )
+    return rows
+
+
+def _over_the_road(what: str, both: Sequence[float | None]) -> list[Row]:
+    """Speeds over the road, m/s, without a sign: which way it goes is said in words."""
+    rows: list[Row] = []
+    for way, sign in (("against the traffic", -1.0), ("with the traffic", 1.0)):
+        goes = [None if v is None or sign * v < 0.0 else abs(v) for v in both]
+        if any(v is not None for v in goes):
+            rows.append((f"{what} over the road, {way}", "m/s", *goes))
+    return rows
+
+
+def _slowest(modes: Modes) -> list[Row]:
+    row = modes.slowest
+    if row is None:
+        return []
+    both = (row.measured, row.theory)
+    return [
+        (
+            f"slowest mode, number {row.number}: growth rate",
+            "1/s",
+            *(found.rate if found else None for found in both),
+        ),
+        (
+            f"slowest mode, number {row.number}: frequency",
+            "rad/s",
+            *(found.omega if found else None for found in both),
+        ),
+        (
+            f"slowest mode, number {row.number}: half-life",
+            "s",
+            *(_half_life(found.rate) if found else None for found in both),
+        ),
+    ]
+
+
+def _half_life(rate: float) -> float | None:
+    return math.log(2.0) / -rate if rate < 0.0 else None
+
+
+def stretch_sheet(run: Run, case: Disturbed) -> Sheet:
+    """A row per linear stretch: gains of the fluctuations of speed around each vehicle's mean."""
+    return Sheet(
+        name="stability-stretches",
+        title="Stretches that are linear",
+        columns=(
+            "from, s",
+            "to, s",
+            "disturbed vehicle's fluctuation, m/s",
+            f"L2 gain to vehicle {case.behind[-1] + 1}",
+            f"L∞ gain to vehicle {case.behind[-1] + 1}",
+            "largest L2 gain to the next",
+        ),
+        rows=tuple(_stretch_row(run, case, stretch) for stretch in case.stretches),
+        note="Each by itself: deviations of speed from each vehicle's mean over the stretch. The "
+        "fluctuation is their standard deviation.",
+    )
+
+
+def _stretch_row(run: Run, case: Disturbed, stretch: Stretch) -> Row:
+    found = norms(fluctuation(run, stretch), case.period_s)
+    chain = [(before, after) for before, after in pairwise(case.behind) if found.l2[before] > 0.0]
+    steps = [float(found.l2[after] / found.l2[before]) for before, after in chain]
+    last, source = case.behind[-1], case.source
+    moved = found.l2[source] > 0.0
+    return (
+        float(run.time_s[stretch.low]),
+        float(run.time_s[stretch.high - 1]),
+        float(found.l2[source] / math.sqrt(stretch.rows * case.period_s)),
+        float(found.l2[last] / found.l2[source]) if moved else None,
+        float(found.linf[last] / found.linf[source]) if moved else None,
+        max(steps, default=None),
+    )
+
+
+def mode_sheet(modes: Modes) -> Sheet:
+    """A row per mode of the ring."""
+    rows: list[Row] = []
+    for row in modes.rows:
+        measured, theory = row.measured, row.theory
+        rows.append(
+            (
+                row.number,
+                measured.rate if measured else None,
+                theory.rate if theory else None,
+                measured.omega if measured else None,
+                theory.omega if theory else None,
+                measured.r2 if measured else None,
+            )
+        )
+    return Sheet(
+        name="stability-modes",
+        title="Modes of the ring",
+        columns=(
+            "mode",
+            "growth rate, 1/s",
+            "growth rate, theory, 1/s",
+            "frequency, rad/s",
+            "frequency, theory, rad/s",
+            "R² of the fit",
+        ),
+        rows=tuple(rows),
+        note="Mode n has n waves round the ring; a negative growth rate is a decay. Measured where "
+        "the mode stands out of what it was before the disturbance and two exponents describe it.",
+    )

@@ -1,0 +1,208 @@
+"""Pictures of runs beside each other, on the same axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from zenvoy.analysis.log.arrays import read_frames
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.distribution import Steps, steps
+from zenvoy.analysis.measures.instants import instants_s
+from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.page import style
+from zenvoy.analysis.page.happenings import Happening, happenings
+from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
+from zenvoy.analysis.page.section import Picture
+from zenvoy.scenarios import roster
+
+_LINES: Final = ("-", "--", ":", "-.")
+
+
+class Labelled(NamedTuple):
+    """A run under the name it has in a comparison."""
+
+    label: str
+    run: Run
+
+
+def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
+    """Speeds, distances and snapshots; latency and age of data where there are any."""
+    pictures = [
+        Picture(
+            name="compare-speeds",
+            caption="Speed of every vehicle over time, with one scale of colours for all runs. "
+            "A wave shows as a band that crosses the vehicles. Bars above tell what happened.",
+            draw=partial(_speeds, runs),
+        ),
+        Picture(
+            name="compare-distances",
+            caption="MaxDistance and MinDistance over time: the means of the three largest and of "
+            "the three smallest gaps. The closer the two are, the evener the string.",
+            draw=partial(_distances, runs),
+        ),
+        Picture(
+            name="compare-snapshots",
+            caption="Speed along the string at instants counted from the first disturbance, or "
+            "from the start where there is none. A level line is a string without a wave.",
+            draw=partial(_snapshots, runs),
+        ),
+    ]
+    distributions = [_latencies(runs), _ages(runs)]
+    if any(steps is not None for of_runs in distributions for steps in of_runs):
+        pictures.append(
+            Picture(
+                name="compare-delays",
+                caption="Share of frames with at most this latency, and share of a vehicle's "
+                "cycles in which the data of the vehicle behind are at most so old. "
+                "The further to the left, the fresher.",
+                draw=partial(_delays, runs, distributions),
+            )
+        )
+    return tuple(pictures)
+
+
+def colours(runs: Sequence[Labelled]) -> list[str]:
+    """A colour per run: that of the model it ends with where these differ, or else in turn."""
+    last = [{settings.phases[-1][1] for settings in roster(run.scenario)} for _, run in runs]
+    models = [model for of_run in last for model in of_run]
+    if len(models) == len(set(models)) == len(runs):
+        return [style.MODEL_COLOURS[model] for model in models]
+    return [style.CYCLE[number % len(style.CYCLE)] for number in range(len(runs))]
+
+
+def _lines(runs: Sequence[Labelled]) -> list[dict[str, Any]]:
+    """How each run's lines look: colour, dashes where colours come again, name."""
+    return [
+        {
+            "color": colour,
+            "linestyle": _LINES[number // len(style.CYCLE) % len(_LINES)],
+            "label": style.plain(runs[number].label),
+        }
+        for number, colour in enumerate(colours(runs))
+    ]
+
+
+def _shared(runs: Sequence[Labelled]) -> list[Happening]:
+    """What happened at the same time in all runs."""
+    first, *others = (happenings(run) for _, run in runs)
+    return [each for each in first if all(_same(each, other) for other in others)]
+
+
+def _same(happening: Happening, others: Sequence[Happening]) -> bool:
+    return any(happening[:3] == other[:3] for other in others)
+
+
+def _speeds(runs: Sequence[Labelled]) -> Figure:
+    columns = 1 if len(runs) <= 3 else 2
+    rows = -(-len(runs) // columns)
+    figure, grid = style.subplots(
+        rows, columns, height_in=0.7 + 1.7 * rows, sharex=True, sharey=True, squeeze=False
+    )
+    speeds = [run.truth["speed"] for _, run in runs]
+    low, high = min(speed.min() for speed in speeds), max(speed.max() for speed in speeds)
+    last_s = max(run.time_s[-1] for _, run in runs)
+    most = max(run.vehicles for _, run in runs)
+    for axes, (label, run), speed in zip(grid.flat, runs, speeds, strict=False):
+        extent = (run.time_s[0], run.time_s[-1], 0.5, run.vehicles + 0.5)
+        axes.imshow(
+            speed.T,
+            aspect="auto",
+            origin="lower",
+            extent=extent,
+            cmap=style.SPEED_MAP,
+            interpolation="none",
+            vmin=low,
+            vmax=high,
+        )
+        axes.set_title(style.plain(label), loc="left", pad=ABOVE_BARS_PT)
+        axes.set(xlim=(0.0, last_s), ylim=(0.5, most + 0.5))
+        axes.grid(visible=False)
+        style.whole_numbers(axes.yaxis)
+        mark(axes, happenings(run), image=True)
+    for axes in grid.flat[len(runs) :]:
+        axes.set_visible(False)
+    scale = ScalarMappable(Normalize(low, high), style.SPEED_MAP)
+    figure.colorbar(scale, ax=grid, label="speed, m/s")
+    style.figure_legend(figure, *grid.flat[: len(runs)])
+    figure.supxlabel("time, s", fontsize="medium")
+    figure.supylabel("vehicle", fontsize="medium")
+    return figure
+
+
+def _distances(runs: Sequence[Labelled]) -> Figure:
+    figure, pair = style.subplots(2, 1, height_in=4.6, sharex=True)
+    for (_, run), look in zip(runs, _lines(runs), strict=True):
+        gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+        for axes, distance in zip(pair, (max_distance, min_distance), strict=True):
+            axes.plot(run.time_s, distance(gap), lw=1.0, **look)
+    for axes, name in zip(pair, ("MaxDistance, m", "MinDistance, m"), strict=True):
+        axes.set_ylabel(name)
+    pair[1].set_xlabel("time, s")
+    pair[1].set_xlim(0.0, max(run.time_s[-1] for _, run in runs))
+    for axes in pair:
+        mark(axes, _shared(runs))
+    style.figure_legend(figure, *pair)
+    return figure
+
+
+def _snapshots(runs: Sequence[Labelled]) -> Figure:
+    instants = instants_s([run for _, run in runs])
+    columns = min(3, len(instants))
+    rows = -(-len(instants) // columns)
+    figure, grid = style.subplots(
+        rows, columns, height_in=0.6 + 1.7 * rows, sharex=True, sharey=True, squeeze=False
+    )
+    for axes, at_s in zip(grid.flat, instants, strict=False):
+        for (_, run), look in zip(runs, _lines(runs), strict=True):
+            row = int(np.argmin(np.abs(run.time_s - at_s)))
+            vehicles = np.arange(1, run.vehicles + 1)
+            axes.plot(vehicles, run.truth["speed"][row], marker=".", ms=3, lw=0.8, **look)
+        axes.set_title(f"{at_s:g} s", loc="left")
+        style.whole_numbers(axes.xaxis)
+    for axes in grid.flat[len(instants) :]:
+        axes.set_visible(False)
+    figure.supxlabel("vehicle", fontsize="medium")
+    figure.supylabel("speed, m/s", fontsize="medium")
+    style.figure_legend(figure, grid[0, 0])
+    return figure
+
+
+def _latencies(runs: Sequence[Labelled]) -> list[Steps | None]:
+    """Latency of the frames of each run that came, ms."""
+    found = []
+    for _, run in runs:
+        tables = [table["latency_ns"] for table in read_frames(run.path)]
+        latency = np.concatenate([np.zeros(0, np.int64), *(t[t >= 0] for t in tables)])
+        found.append(steps(latency * 1e-6))
+    return found
+
+
+def _ages(runs: Sequence[Labelled]) -> list[Steps | None]:
+    """Age of the data of the vehicle behind, wherever there are any, ms."""
+    ages = [run.estimate["age_ns"] for _, run in runs]
+    return [steps(age[age >= 0] * 1e-6) for age in ages]
+
+
+def _delays(runs: Sequence[Labelled], distributions: Sequence[list[Steps | None]]) -> Figure:
+    figure, pair = style.subplots(1, 2, height_in=2.8, sharey=True)
+    for axes, of_runs in zip(pair, distributions, strict=True):
+        known = np.concatenate([[], *(found.values for found in of_runs if found)])
+        high = float(known.max(initial=0.0))
+        low = float(known.min(initial=high, where=known > 0.0))
+        for found, look in zip(of_runs, _lines(runs), strict=True):
+            values, share = found or Steps(np.zeros(0), np.zeros(0))
+            # From no share at all before the smallest value to all of it beyond the largest.
+            x, y = [0.0, *values, 2.0 * high], [0.0, *(100.0 * share), 100.0]
+            axes.step(x if found else [], y if found else [], where="post", **look)
+        style.long_axis(axes, low, high)
+    pair[0].set(xlabel="latency of a frame, ms", ylabel="at most so much, %", ylim=(0.0, 102.0))
+    pair[1].set_xlabel("age of the data of the vehicle behind, ms")
+    style.figure_legend(figure, *pair)
+    return figure

@@ -1,0 +1,179 @@
+"""A run as files that any tool for tables reads: Parquet or CSV, one per topic."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.cells import harmless
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.log.units import UNITS
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, LOGGED, RADAR, TRUTH, Topic
+
+Form = Literal["parquet", "csv"]
+
+_FLEET: Final = (TRUTH, RADAR, ESTIMATE, FLEET_COMMAND)
+_SUFFIX: Final = {"m": "_m", "m/s": "_mps", "m/s²": "_mps2"}  # times have theirs already
+_NEVER: Final = {"arrived_ns", "latency_ns", "age_ns", "ahead_measured_ns", "behind_measured_ns"}
+_KINDS: Final = {"mode": "Mode", "outcome": "Outcome", "kind": "EventKind"}
+_ROWS: Final = 1 << 20  # written at once, also the size of Parquet's row groups
+
+
+class ExportError(Exception):
+    """Files that cannot be written."""
+
+
+def export(run: Run, folder: Path, form: Form) -> list[Path]:
+    """Write a file per topic of the log into `folder`; the files, in order of topic.
+
+    Fleet topics have a row per cycle and vehicle: `cycle`, `time_s`, `vehicle`, then the columns of
+    messages.proto with their unit in the name (`speed_mps`); frames have a row per frame and
+    receiver, in Parquet the unit is metadata of the column, too. Modes, outcomes and kinds of
+    events are words. What was not measured, and what never came, is null. Existing files are
+    replaced once all are written. Raises ExportError, and LogError where the log has changed.
+    """
+    parts: list[tuple[Path, Path]] = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for topic in LOGGED:
+            name = (topic.logged_as or "").rsplit("/", 1)[-1]
+            part = folder / f".{name}.{form}.{os.getpid()}.part"
+            parts.append((part, folder / f"{name}.{form}"))
+            _write(part, form, _pieces(run, topic))
+        for _, file in parts:
+            if file.is_dir():
+                raise IsADirectoryError(0, f"{file.name} is a folder")
+        for part, file in parts:
+            part.replace(file)
+    except OSError as error:
+        raise ExportError(f"{folder}: {error.strerror or error}") from error
+    finally:
+        for part, _ in parts:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+    return [file for _, file in parts]
+
+
+def _write(path: Path, form: Form, pieces: Iterator[pa.Table]) -> None:
+    if form == "csv":
+        pieces = map(_harmless, pieces)
+    first = next(pieces)
+    if form == "csv":
+        writer = pyarrow.csv.CSVWriter(path, first.schema)
+    else:
+        writer = pyarrow.parquet.ParquetWriter(path, first.schema, compression="zstd")
+    with writer:
+        writer.write_table(first)
+        for piece in pieces:
+            writer.write_table(piece)
+
+
+def _harmless(table: pa.Table) -> pa.Table:
+    """The table with its texts as a CSV may have them."""
+    for number, field in enumerate(table.schema):
+        if pa.types.is_string(field.type):
+            texts = [harmless(text) for text in table.column(number).to_pylist()]
+            table = table.set_column(number, field, pa.array(texts, pa.string()))
+    return table
+
+
+def _pieces(run: Run, topic: Topic[Any]) -> Iterator[pa.Table]:
+    """Table of a topic, in pieces of bounded size."""
+    if topic is FRAMES:
+        frames = run.frames
+        for start in range(0, max(1, run.frame_rows), _ROWS):
+            yield _frames({name: column[start : start + _ROWS] for name, column in frames.items()})
+    elif topic is CLOCK:
+        yield _table({**_times(run.clock), **_columns(topic, run.clock)})
+    elif topic in _FLEET:
+        yield _fleet(run, topic)
+    else:
+        yield _events(run.events)
+
+
+def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
+    """A row per cycle and vehicle, vehicles within cycles."""
+    table, n = run[topic.logged_as or ""], run.vehicles
+    times = {name: np.repeat(column, n) for name, column in _times(table).items()}
+    rows = len(times["cycle"])
+    vehicle = np.tile(np.arange(1, n + 1, dtype=np.uint32), rows // n)
+    columns = {
+        name: column.ravel() if column.size == rows else np.zeros(0, column.dtype)
+        for name, column in _columns(topic, table).items()
+    }
+    return _table({**times, "vehicle": vehicle, **columns}, rows)
+
+
+def _frames(frames: Table) -> pa.Table:
+    sent: Table = {"cycle": frames["cycle"], "time_s": frames["sent_ns"] / 1e9}
+    return _table({**sent, **frames})
+
+
+def _events(events: Sequence[pb.Event]) -> pa.Table:
+    columns: Table = {
+        "cycle": np.array([event.cycle for event in events], np.uint32),
+        "time_s": np.array([event.time_ns for event in events], np.int64) / 1e9,
+        "kind": np.array([event.kind for event in events], np.uint8),
+    }
+    vehicle = [event.vehicle or None for event in events]
+    text = [event.text for event in events]
+    table = _table(columns)
+    table = table.append_column("vehicle", pa.array(vehicle, pa.uint32()))
+    return table.append_column("text", pa.array(text, pa.string()))
+
+
+def _times(table: Table) -> Table:
+    """When, as columns that every file begins with."""
+    cycle = table.get("cycle", np.zeros(0, np.uint32))
+    return {"cycle": cycle, "time_s": table.get("time_ns", np.zeros(0, np.int64)) / 1e9}
+
+
+def _columns(topic: Topic[Any], table: Table) -> Table:
+    """Columns of a topic but its times; empty ones where there is no table."""
+    fields = PackedCodec(topic.message.DESCRIPTOR).fields()
+    return {
+        name: table.get(name, np.zeros(0, dtype))
+        for name, (dtype, _) in fields.items()
+        if name not in {"cycle", "time_ns"}
+    }
+
+
+def _table(columns: Table, rows: int | None = None) -> pa.Table:
+    """Arrow table of columns by their names in the log; an empty column of `rows` is all null."""
+    fields, arrays = [], []
+    for name, column in columns.items():
+        array = _array(name, column)
+        if rows and not len(array):
+            array = pa.nulls(rows, array.type)
+        unit = "s" if name == "time_s" else _UNIT.get(name, "")
+        metadata = {"unit": unit} if unit else None
+        fields.append(pa.field(name + _SUFFIX.get(unit, ""), array.type, metadata=metadata))
+        arrays.append(array)
+    return pa.table(arrays, schema=pa.schema(fields))
+
+
+def _array(name: str, column: NDArray[Any]) -> pa.Array:
+    """Column with words for kinds and nulls for what is not there."""
+    if name in _KINDS:
+        kinds = pb.DESCRIPTOR.enum_types_by_name[_KINDS[name]].values
+        words = [kind.name.split("_", 1)[1] for kind in kinds]  # without MODE_, OUTCOME_, EVENT_
+        codes = np.searchsorted([kind.number for kind in kinds], column).astype(np.int8)
+        return pa.DictionaryArray.from_arrays(codes, words)
+    if name in _NEVER:
+        return pa.array(column, mask=column < 0)
+    return pa.array(column, from_pandas=True)  # NaN is null
+
+
+_UNIT: Final = {name: unit for columns in UNITS.values() for name, unit in columns.items()}

@@ -1,0 +1,167 @@
+"""A run's log as one value: for notebooks, and for every chapter of a report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.arrays import read_frames
+from zenvoy.analysis.log.checks import Check
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.notes import notes_of
+from zenvoy.analysis.log.reading import TABLES, read
+from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.log.units import UNITS
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Scenario
+
+_FRAMES: Final = "/v2v/frames"
+# Of /v2v/frames, in memory: there are no more than 10,000 vehicles, nor 256 outcomes.
+_NARROW: Final = {
+    "cycle": np.uint32,
+    "source": np.uint16,
+    "destination": np.uint16,
+    "sequence": np.uint32,
+    "sent_ns": np.int64,
+    "arrived_ns": np.int64,
+    "latency_ns": np.int64,
+    "distance": np.float32,
+    "outcome": np.uint8,
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Run:
+    """A run, as its log tells it.
+
+    Fleet tables hold columns by field name of messages.proto, (rows, vehicles), and `cycle` and
+    `time_ns`, (rows,); a column that was not logged is (rows, 0), a table that was not is {}.
+    Column v - 1 is vehicle v. Row k of each is cycle k, so tables align by their first rows:
+    truth has a row more than the others, that of the run's end, and in a run that ended before
+    its time each may have another number of rows. The first `cycles` rows are there in all four.
+
+    `time_ns` of truth and radar is the cycle's start t_k, that of estimate and command the instant
+    of the decision, t_k + v2v_wait; but the estimates `speed`, `ahead_gap`, … are of t_k.
+    """
+
+    path: Path
+    name: str
+    """Of the scenario."""
+    seed: int
+    run: dict[str, str]
+    """Metadata zenvoy.run: who made the log, from what."""
+    result: dict[str, str]
+    """Metadata zenvoy.result: how the run ended; {} where the log is cut before it."""
+    scenario: Scenario
+    """With all its defaults."""
+    checks: tuple[Check, ...]
+    """What the log says of itself, held against what is in it."""
+    notes: tuple[str, ...]
+    """What is not as it should be, in sentences for people: a cut, an early end, losses, checks
+    that do not hold."""
+    truth: Table
+    radar: Table
+    estimate: Table
+    command: Table
+    clock: Table
+    events: list[pb.Event]
+    units: dict[str, dict[str, str]] = field(default_factory=lambda: UNITS)
+    """Topic -> column -> unit."""
+    frame_rows: int
+    """Rows of `frames`, known without reading them."""
+
+    def __repr__(self) -> str:
+        return f"<Run {self.name}, seed {self.seed}, {self.vehicles} vehicles, {self.path}>"
+
+    def __getitem__(self, topic: str) -> Table:
+        """Table of a topic by its name in the log; raises KeyError, also for /events."""
+        tables = (self.truth, self.radar, self.estimate, self.command, self.clock)
+        if topic == _FRAMES:
+            return self.frames
+        return dict(zip(TABLES, tables, strict=True))[topic]
+
+    @property
+    def fingerprint(self) -> str | None:
+        """That of the run, where the log has it and its messages have it too; else None."""
+        broken = any(check.name == "fingerprint" and check.holds is False for check in self.checks)
+        return None if broken else self.result.get("fingerprint")
+
+    @property
+    def vehicles(self) -> int:
+        """Number of vehicles; they count from 1."""
+        return self.scenario.fleet.size
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """Time of each row of truth, s; (0,) where there is none."""
+        return np.asarray(self.truth.get("time_ns", np.zeros(0)) / 1e9)
+
+    @property
+    def cycles(self) -> int:
+        """Number of cycles that all of truth, radar, estimate and command tell of."""
+        tables = (self.truth, self.radar, self.estimate, self.command)
+        return min(len(table.get("cycle", ())) for table in tables)
+
+    @cached_property
+    def frames(self) -> Table:
+        """/v2v/frames: a row per frame and receiver, read from the file on first use.
+
+        Columns as in messages.proto, (rows,), and `cycle`; sent_ns is the cycle's start. Raises
+        LogError.
+        """
+        table: Table = {name: np.empty(self.frame_rows, of) for name, of in _NARROW.items()}
+        at = 0
+        for message in read_frames(self.path):
+            end = at + len(message["source"])
+            if end > self.frame_rows:  # the run is still being logged
+                break
+            for name, column in table.items():
+                column[at:end] = message[name]
+            at = end
+        if at != self.frame_rows:
+            raise LogError(f"{self.path}: has changed since it was loaded")
+        return table
+
+    @cached_property
+    def busy_ratio(self) -> NDArray[np.float64]:
+        """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
+
+        (0, vehicles) where frames do not contend for the medium. Raises LogError.
+        """
+        rows = [np.zeros((0, self.vehicles))]
+        if self.scenario.channel.medium.access != "none":
+            for message in read_frames(self.path):
+                rows.append(message["busy_ratio"].reshape(-1, self.vehicles))
+        return np.concatenate(rows).astype(np.float64)
+
+
+def load(path: str | Path) -> Run:
+    """Run logged at `path`, up to a cut or a gap where the log has one; raises LogError.
+
+    What the log says of itself is checked on the way; what does not hold is in `notes`.
+    """
+    path = Path(path)
+    reading = read(path)
+    facts, tables = reading.facts, reading.tables
+    return Run(
+        path=path,
+        name=facts.run["scenario"],
+        seed=facts.scenario.seed,
+        run=facts.run,
+        result=facts.result,
+        scenario=facts.scenario,
+        checks=facts.checks,
+        notes=notes_of(facts, tables["/fleet/truth"], reading.events),
+        truth=tables["/fleet/truth"],
+        radar=tables["/fleet/radar"],
+        estimate=tables["/fleet/estimate"],
+        command=tables["/fleet/command"],
+        clock=tables["/clock"],
+        events=reading.events,
+        frame_rows=reading.frame_rows,
+    )

@@ -1,0 +1,172 @@
+"""All of a log in one pass, held against what the log says of itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from google.protobuf.message import DecodeError
+
+from zenvoy.analysis.log.checks import Content, checks_of
+from zenvoy.analysis.log.columns import Table, stack
+from zenvoy.analysis.log.cycles import Cycles
+from zenvoy.analysis.log.facts import Facts, metadata_of, scenario_of, shown, shown_facts
+from zenvoy.analysis.log.plausible import event_fault, fleet_fault, frames_fault, realtime_fault
+from zenvoy.analysis.log.records import LogError, Message, Pass
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_format import EFFECTIVE, REPAIR, RUN, Fingerprint
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.topics import (
+    CLOCK,
+    ESTIMATE,
+    FLEET_COMMAND,
+    FRAMES,
+    LOGGED,
+    RADAR,
+    REALTIME,
+    TRUTH,
+)
+from zenvoy.scenarios import Scenario
+
+TABLES: Final = {
+    topic.logged_as or "": PackedCodec(topic.message.DESCRIPTOR)
+    for topic in (TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, CLOCK)
+}
+_STREAMED: Final = {
+    "/v2v/frames": (PackedCodec(FRAMES.message.DESCRIPTOR), frames_fault),
+    "/realtime": (PackedCodec(REALTIME.message.DESCRIPTOR), realtime_fault),
+}
+_ROW_BYTES: Final = 1_024  # more than a message holds of a vehicle
+
+
+@dataclass(kw_only=True)
+class Reading:
+    """A log as it was read: tables of its topics, events, and what can be said of it all."""
+
+    facts: Facts
+    tables: dict[str, Table]
+    events: list[pb.Event]
+    frame_rows: int
+
+
+def read(path: Path) -> Reading:
+    """Read the log at `path`, up to a cut or a gap; raises LogError."""
+    with Pass(path) as log:  # what tells of the others comes first, in logs of Zenvoy's own
+        for _ in log.messages(None):
+            if RUN in log.metadata and EFFECTIVE in log.attachments:
+                break
+    scenario = scenario_of(path, log)
+    epoch_ns = int(metadata_of(path, log, scenario).run["epoch_ns"])
+    collector = _Collector(path, scenario, epoch_ns)
+    with Pass(path, check=True) as log:
+        for message in log.messages(None):
+            collector.take(message)
+    scenario = scenario_of(path, log)
+    metadata = metadata_of(path, log, scenario)
+    tables = {topic: collector.table(topic) for topic in TABLES}
+    content = Content(
+        cycles=collector.cycles,
+        fingerprint=collector.fingerprint.hexdigest(),
+        metadata_faults=metadata.faults,
+    )
+    facts = Facts(
+        run=metadata.run,
+        result=metadata.result,
+        repair=shown_facts(log.metadata.get(REPAIR, {})),
+        scenario=scenario,
+        counts=_counts(log),
+        whole=log.whole,
+        read_cycles=collector.cycles["/fleet/truth"].kept,
+        checks=checks_of(log, scenario, content),
+    )
+    return Reading(
+        facts=facts,
+        tables=tables,
+        events=collector.events_read(),
+        frame_rows=collector.frame_rows,
+    )
+
+
+class _Collector:
+    """Takes in the messages of a log, one by one; raises LogError for what no run can tell."""
+
+    def __init__(self, path: Path, scenario: Scenario, epoch_ns: int) -> None:
+        self._path = path
+        self._vehicles = scenario.fleet.size
+        self._period_ns = scenario.period_ns
+        self._epoch_ns = epoch_ns
+        self._rows: dict[str, list[bytes]] = {topic: [] for topic in TABLES}
+        self._events: list[pb.Event] = []
+        self.cycles = {topic: Cycles(scenario.cycles) for topic in (*TABLES, "/v2v/frames")}
+        self.fingerprint = Fingerprint()
+        self.frame_rows = 0
+
+    def take(self, message: Message) -> None:
+        """Take in the next message of the log."""
+        topic, payload = message.topic, message.payload
+        self.fingerprint.add(topic, message.log_time_ns - self._epoch_ns, payload)
+        if topic == "/events":
+            self._events.append(self._event(payload))
+        elif topic in TABLES:
+            if len(payload) > _ROW_BYTES * (1 + self._vehicles):
+                raise LogError(
+                    f"{self._path}: {topic}: a message of {len(payload)} bytes, "
+                    f"too many for a fleet of {self._vehicles}"
+                )
+            if self.cycles[topic].take(payload):
+                self._rows[topic].append(bytes(payload))
+        elif topic in _STREAMED:
+            cycles = self.cycles.get(topic)
+            if cycles is None or cycles.take(payload):
+                self._streamed(topic, payload)
+
+    def table(self, topic: str) -> Table:
+        """Table of a topic with a row for each cycle up to the first gap."""
+        try:
+            table = stack(TABLES[topic], self._rows[topic])
+        except ValueError as error:
+            raise LogError(f"{self._path}: {topic}: {error}") from error
+        fault = fleet_fault(topic, table, self._vehicles)
+        if fault is not None:
+            raise LogError(f"{self._path}: {topic}: {fault}")
+        return table
+
+    def events_read(self) -> list[pb.Event]:
+        """Events; where cycles are missing, those up to the last row of /fleet/truth."""
+        truth = self.cycles["/fleet/truth"]
+        if not truth.missing():
+            return self._events
+        last_ns = max(0, truth.kept - 1) * self._period_ns
+        return [event for event in self._events if event.time_ns <= last_ns]
+
+    def _streamed(self, topic: str, payload: memoryview) -> None:
+        codec, fault_of = _STREAMED[topic]
+        try:
+            table = codec.decode(payload)
+        except ValueError as error:
+            raise LogError(f"{self._path}: {topic}: {error}") from error
+        fault = fault_of(table, self._vehicles)
+        if fault is not None:
+            raise LogError(f"{self._path}: {topic}: {fault}")
+        if topic == "/v2v/frames":
+            self.frame_rows += len(table["source"])
+
+    def _event(self, payload: memoryview) -> pb.Event:
+        try:
+            event = pb.Event.FromString(bytes(payload))
+        except DecodeError as error:
+            raise LogError(f"{self._path}: /events: {error}") from error
+        fault = event_fault(event, self._vehicles)
+        if fault is not None:
+            raise LogError(f"{self._path}: /events: {fault}")
+        return event
+
+
+def _counts(log: Pass) -> dict[str, int]:
+    """Messages by topic, those of Zenvoy's first."""
+    counts = {topic.logged_as or "": 0 for topic in LOGGED}
+    for channel, topic in log.topics.items():
+        name = shown(topic)
+        counts[name] = counts.get(name, 0) + log.counts[channel]
+    return counts

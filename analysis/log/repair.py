@@ -1,0 +1,195 @@
+"""A whole log out of one that is cut or damaged: all that can be read of it, with an end."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import IO
+
+from google.protobuf.message import DecodeError
+
+from zenvoy.analysis.log.cycles import cycle_of
+from zenvoy.analysis.log.facts import Facts
+from zenvoy.analysis.log.reading import TABLES, read
+from zenvoy.analysis.log.records import LogError, Message, Pass
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_format import (
+    CHECKSUM,
+    EPOCH_NS,
+    REPAIR,
+    RESULT,
+    RUN,
+    Fingerprint,
+    sealed,
+)
+from zenvoy.bus.log_writer import LogWriter
+
+_PER_CYCLE = frozenset({*TABLES, "/v2v/frames", "/realtime"})
+
+
+class RepairError(Exception):
+    """A file that is there already."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repaired:
+    """What a repair has left: the new log, and what is in it."""
+
+    path: Path
+    found: tuple[str, ...]
+    """What was amiss with the log as it was."""
+    facts: Facts
+    """Of the new log."""
+
+
+def repair(path: Path, out: Path | None, *, salvage: bool = False) -> Repaired | None:
+    """Write what can be read of the log at `path` as a whole log; None: it is whole already.
+
+    The new file is `out`, else `<name>-repaired.mcap` beside the log. It must not exist. It has
+    all messages up to a cut, and with `salvage` also those after a part that is damaged; where
+    none is missing it has the result of the run as well, else one that says so. Raises LogError
+    where nothing can be read, or where only `salvage` can help, RepairError, and OSError where
+    the new file cannot be written.
+    """
+    found = _found(path, salvage)
+    if not found:
+        return None
+    out = path.with_name(f"{path.stem}-repaired.mcap") if out is None else out
+    if out.exists():
+        raise RepairError(f"{out}: exists already; name a new file")
+    part = out.with_name(f".{out.name}.{os.getpid()}.part")
+    try:
+        with part.open("xb") as file:
+            _copy(path, file, found, salvage)
+        part.replace(out)
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    return Repaired(path=out, found=found, facts=read(out).facts)
+
+
+def _found(path: Path, salvage: bool) -> tuple[str, ...]:
+    """What is amiss with a log; raises LogError where it cannot be repaired without `salvage`."""
+    try:
+        facts = read(path).facts
+    except LogError:
+        if not salvage:
+            raise
+        with Pass(path, salvage=True) as log:
+            for _ in log.messages(None):
+                pass
+        if RUN not in log.metadata:
+            raise
+        return tuple(log.faults) or ("the log is damaged",)
+    if facts.faults and not salvage:
+        raise LogError(f"{path}: {facts.faults[0]}; --salvage makes a log of what can be read")
+    return (*([facts.cut] if facts.cut else []), *facts.faults)
+
+
+def _copy(path: Path, file: IO[bytes], found: tuple[str, ...], salvage: bool) -> None:
+    writer = LogWriter(file)
+    writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
+    copy = _Copy(writer)
+    with Pass(path, salvage=salvage) as log:
+        for message in log.messages(None):
+            copy.beside(log)
+            copy.message(log, message)
+        copy.beside(log)
+    result = log.metadata.get(RESULT)
+    if result is None or result.get("fingerprint") != copy.fingerprint.hexdigest():
+        result = copy.result(log.whole)
+    writer.flush()  # type: ignore[no-untyped-call]  # mcap does not annotate it
+    writer.add_metadata(REPAIR, sealed({"of": path.name, "found": "; ".join(found)}))
+    writer.add_metadata(RESULT, _resealed(result))
+    writer.finish()  # type: ignore[no-untyped-call]  # mcap does not annotate it
+
+
+def _resealed(facts: dict[str, str]) -> dict[str, str]:
+    return sealed({key: value for key, value in facts.items() if key != CHECKSUM})
+
+
+class _Copy:
+    """Writes what a pass finds, each thing once."""
+
+    def __init__(self, writer: LogWriter) -> None:
+        self._writer = writer
+        self._metadata = {RESULT, REPAIR}  # these are written last
+        self._attachments: set[str] = set()
+        self._channels: dict[int, int] = {}
+        self._schemas: dict[int, int] = {0: 0}
+        self._cycles: dict[str, set[int]] = {topic: set() for topic in _PER_CYCLE}
+        self._clock = pb.Clock()
+        self._epoch_ns = EPOCH_NS
+        self.fingerprint = Fingerprint()
+
+    def beside(self, log: Pass) -> None:
+        """Write metadata and attachments that were not written yet."""
+        for name, facts in log.metadata.items():
+            if name not in self._metadata:
+                self._metadata.add(name)
+                self._writer.add_metadata(name, _resealed(facts))
+                epoch = facts.get("epoch_ns", "")
+                self._epoch_ns = int(epoch) if name == RUN and epoch.isdecimal() else EPOCH_NS
+        for name, attachment in log.attachments.items():
+            if name not in self._attachments:
+                self._attachments.add(name)
+                self._writer.add_attachment(
+                    attachment.create_time,
+                    attachment.log_time,
+                    name,
+                    attachment.media_type,
+                    attachment.data,
+                )
+
+    def message(self, log: Pass, message: Message) -> None:
+        """Write a message, unless one of its topic and cycle was written before."""
+        payload = bytes(message.payload)
+        cycles = self._cycles.get(message.topic)
+        if cycles is not None:
+            cycle = cycle_of(payload)
+            if cycle in cycles:
+                return
+            cycles.add(cycle)
+        if message.topic == "/clock":
+            with suppress(DecodeError):
+                self._clock = pb.Clock.FromString(payload)
+        self.fingerprint.add(message.topic, message.log_time_ns - self._epoch_ns, payload)
+        self._writer.add_message(
+            self._channel(log, message.channel),
+            message.log_time_ns,
+            payload,
+            message.publish_time_ns,
+            message.sequence,
+        )
+
+    def result(self, whole: bool) -> dict[str, str]:
+        """A result of what was written, for a log that has lost its own or a part of itself."""
+        clock = self._clock
+        cycles = self._cycles["/fleet/truth"]
+        return {
+            "end": "damaged" if whole else "cut",
+            "fingerprint": self.fingerprint.hexdigest(),
+            "cycles": str(max(cycles, default=0)),
+            "simulated_s": f"{clock.time_ns * 1e-9:.9g}",
+            "wall_s": f"{clock.wall_ns * 1e-9:.6f}",
+            "real_time_factor": f"{clock.real_time_factor:.6f}",
+        }
+
+    def _channel(self, log: Pass, number: int) -> int:
+        if number not in self._channels:
+            channel = log.channels[number]
+            schema = log.schemas.get(channel.schema_id)
+            if schema is not None and schema.id not in self._schemas:
+                self._schemas[schema.id] = self._writer.register_schema(
+                    schema.name, schema.encoding, schema.data
+                )
+            self._channels[number] = self._writer.register_channel(
+                channel.topic,
+                channel.message_encoding,
+                self._schemas.get(channel.schema_id, 0),
+                channel.metadata,
+            )
+        return self._channels[number]

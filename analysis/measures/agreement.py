@@ -1,0 +1,53 @@
+"""How well values agree with the truth."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.measures.metrics import fit
+
+
+class Fit(NamedTuple):
+    """Root mean square error in the values' unit, both readings of "R²", and of how many values.
+
+    `spread` is the standard deviation of the truth.
+
+    `r2` is 1 - SS_res / SS_tot, which an offset or a noise larger than the truth's own variation
+    makes negative; `r2_correlation` is the square of Pearson's correlation coefficient, which
+    sees neither offset nor scale. NaN where they are not defined: the truth does not vary, or,
+    for the latter, the values do not.
+    """
+
+    rmse: float
+    r2: float
+    r2_correlation: float
+    samples: int
+    spread: float
+
+
+def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
+    """Agreement of values with the truth, two arrays of one shape; None where there is no pair.
+
+    Pairs with a NaN are left out. All of the arrays is pooled: give a column for one vehicle.
+    """
+    found = fit(values, truth)
+    if found is None:
+        return None
+    known = ~(np.isnan(values) | np.isnan(truth))
+    return Fit(
+        rmse=found.rmse,
+        r2=found.r2,
+        r2_correlation=_correlation(values[known], truth[known]) ** 2,
+        samples=int(known.sum()),
+        spread=found.spread,
+    )
+
+
+def _correlation(values: NDArray[Any], truth: NDArray[Any]) -> float:
+    """Pearson's correlation coefficient; NaN where one of the two does not vary."""
+    first, second = values - values.mean(), truth - truth.mean()
+    scale = float(np.sqrt((first**2).sum()) * np.sqrt((second**2).sum()))
+    return float((first * second).sum()) / scale if scale > 0.0 else float("nan")

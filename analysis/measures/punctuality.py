@@ -1,0 +1,121 @@
+"""How a run in real time kept to the clock: lateness on the wall, from `/realtime`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.arrays import LogError, messages, read_frames
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.load import Run
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.packed import PackedCodec
+
+Floats = NDArray[np.float64]
+
+_PORTION: Final = 10  # drift is taken between the first and the last tenth of a run
+
+
+class Quantiles(NamedTuple):
+    """Of a lateness, ms of wall time; below 0 is before the deadline."""
+
+    p50: float
+    p99: float
+    max: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Punctuality:
+    """Lateness in ms of wall time, as 1-d arrays; below 0: before the deadline.
+
+    cycle: of each cycle's beginning, in order of time. sense: of each sense at its vehicle, after
+    t_k. decision: after t_k + v2v_wait. command: of each command at the world, after it was to
+    take effect. delivery: of each frame at its receiver, after the instant drawn for it.
+    """
+
+    cycle: Floats
+    sense: Floats
+    decision: Floats
+    command: Floats
+    delivery: Floats
+    commands_missing: int
+    """Commands that had not come when their cycle was logged; with a vehicle, they stop."""
+    overruns: int
+    """Cycles that began more than 1 ms late."""
+
+    @property
+    def commands_late(self) -> int:
+        """Commands that came after they were to take effect."""
+        return int((self.command > 0.0).sum())
+
+    @property
+    def drift_ms(self) -> float:
+        """By how much later cycles begin in the last tenth of the run than in the first (medians).
+
+        What does not grow with time is lateness, not drift.
+        """
+        portion = max(1, len(self.cycle) // _PORTION)
+        first, last = np.median(self.cycle[:portion]), np.median(self.cycle[-portion:])
+        return float(last - first)
+
+
+def punctuality(run: Run) -> Punctuality | None:
+    """Of a run in real time; None of one in lock-step, or without a cycle. Raises LogError."""
+    rows = _rows(run)
+    if not rows:
+        return None
+    wait_ns = run.scenario.v2v_wait_ns
+    start = [row["time_ns"] for row in rows]
+
+    def late(name: str, due: list[Any]) -> Floats:
+        """Of one column in all rows, without what never was."""
+        pairs = zip(rows, due, strict=True)
+        values = [(row[name] - then)[row[name] >= 0] for row, then in pairs]
+        return np.asarray(np.concatenate(values) * (1e-6 / run.scenario.speed))
+
+    return Punctuality(
+        cycle=np.array([row["began_ns"] - row["time_ns"] for row in rows])
+        * (1e-6 / run.scenario.speed),
+        sense=late("sensed_ns", start),
+        decision=late("decided_ns", [then + wait_ns for then in start]),
+        command=late("commanded_ns", [row["deadline_ns"] for row in rows]),
+        delivery=late("came_ns", [row["arrived_ns"] for row in rows]),
+        commands_missing=sum(int((row["commanded_ns"] < 0).sum()) for row in rows),
+        overruns=int(run.clock["overruns"][-1]) if run.clock else 0,
+    )
+
+
+def quantiles(lateness: Floats) -> Quantiles | None:
+    """Of a lateness (n,); None where nothing came."""
+    if not lateness.size:
+        return None
+    return Quantiles(*(float(q) for q in np.percentile(lateness, (50, 99, 100))))
+
+
+def missed_decisions(run: Run) -> tuple[int, int]:
+    """Frames that missed the decision they were due for, and those that were due for one.
+
+    By the latency drawn these came in time for the first decision after they were sent. Raises
+    LogError.
+    """
+    deadline_ns = run.scenario.v2v_wait_ns or run.scenario.period_ns
+    missed = met = 0
+    for frames in read_frames(run.path):
+        due = (frames["latency_ns"] >= 0) & (frames["latency_ns"] <= deadline_ns)
+        missed += int((due & (frames["outcome"] == pb.OUTCOME_LATE)).sum())
+        met += int((due & (frames["outcome"] == pb.OUTCOME_DELIVERED)).sum())
+    return missed, missed + met
+
+
+def _rows(run: Run) -> list[Table]:
+    codec = PackedCodec(pb.RealTime.DESCRIPTOR)
+    rows = []
+    for topic, payload in messages(run.path, ["/realtime"]):
+        try:
+            rows.append(codec.decode(payload))
+        except ValueError as error:
+            raise LogError(f"{run.path}: {topic}: {error}") from error
+    return rows

@@ -1,0 +1,1 @@
+"""How results are shown: sections, style of pictures, digits, HTML pages, files."""

@@ -1,0 +1,56 @@
+"""Draws each picture once, and gives it in every form in which it is kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Final
+from warnings import catch_warnings, filterwarnings
+
+from matplotlib.figure import Figure
+
+from zenvoy.analysis.page import style
+from zenvoy.analysis.page.section import Picture
+
+DPI: Final = 150
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """A picture as files, and its size in inches."""
+
+    png: bytes
+    svg: bytes
+    width_in: float
+    height_in: float
+
+
+def drawn(picture: Picture) -> Drawn:
+    """Draw a picture; equal data give equal bytes.
+
+    A box stands for what the font has not, such as Chinese in a scenario's name.
+    """
+    with style.look(), catch_warnings():
+        filterwarnings("ignore", "Glyph .* missing from font")
+        figure = picture.draw()
+        _lay_out(figure)
+        png, svg = _saved(figure, "png"), _saved(figure, "svg")
+    width_in, height_in = figure.get_size_inches()
+    return Drawn(png=png, svg=svg, width_in=float(width_in), height_in=float(height_in))
+
+
+def _lay_out(figure: Figure) -> None:
+    """Find the places of axes and labels once: each saving would else draw everything for that."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        figure.set_dpi(DPI)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+def _saved(figure: Figure, form: str) -> bytes:
+    file = BytesIO()
+    # Whatever is rasterised within an SVG has the resolution of the PNG.
+    dated = {"Date": None} if form == "svg" else {}
+    figure.savefig(file, format=form, dpi=DPI, metadata=dated)
+    return file.getvalue()

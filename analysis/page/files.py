@@ -1,0 +1,33 @@
+"""What an analysis leaves on disk: files that are there whole, or not at all."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from io import StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from zenvoy.analysis.log.cells import harmless, utf8
+from zenvoy.analysis.page.section import Sheet
+
+
+def csv_bytes(sheet: Sheet) -> bytes:
+    """A sheet with all its digits, the names of its columns first; nothing where it has None."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for row in (sheet.columns, *sheet.rows):
+        writer.writerow(map(harmless, row))
+    return utf8(text.getvalue())
+
+
+def write_whole(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """Write files by name into a folder that exists; their paths.
+
+    None is put in place before all are written: a disk that is full leaves the folder as it was.
+    Raises OSError.
+    """
+    with TemporaryDirectory(prefix=".zenvoy-", dir=folder) as unfinished:
+        for name, content in files.items():
+            (Path(unfinished) / name).write_bytes(content)
+        return [(Path(unfinished) / name).replace(folder / name) for name in files]

@@ -1,0 +1,173 @@
+"""What happened in a run that its figures must be read with: brakes, switches, outages, losses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final, Literal, NamedTuple
+
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.spans import Disturbance, disturbances
+from zenvoy.analysis.page.section import Sheet
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.scenarios import Outage, Rule, Scenario
+
+Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "incident"]
+
+_INCIDENTS: Final = {
+    pb.EVENT_COLLISION: "collides with the vehicle ahead",
+    pb.EVENT_PROCESS_LOST: "lost",
+    pb.EVENT_PROCESS_BACK: "back",
+    pb.EVENT_SILENT: "no command for too long",
+    pb.EVENT_SILENT_END: "commands again",
+    pb.EVENT_STOPPED: "the run is stopped",
+}
+
+
+_UNITS: Final = {"_mps": " m/s", "_m": " m"}
+
+
+class Happening(NamedTuple):
+    """What happened from start_s to end_s, in words; end_s is start_s for what takes no time.
+
+    An end that lies beyond the run is infinite.
+    """
+
+    kind: Kind
+    start_s: float
+    end_s: float
+    text: str
+
+
+def happenings(run: Run) -> list[Happening]:
+    """Everything but fallbacks, of which there may be hundreds, in order of time."""
+    last_s = float(run.time_s[-1]) if len(run.time_s) else 0.0
+    found = [_disturbance(disturbance) for disturbance in disturbances(run.events)]
+    found += [Happening("switch", at_s, at_s, text) for at_s, text in switches(run.events)]
+    found += manoeuvres(run.scenario, last_s)
+    found += impairments(run.scenario, last_s)
+    found += _incidents(run.events)
+    return sorted(found, key=lambda happening: happening.start_s)
+
+
+def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
+    """When the schedule switched models (s), and to what; not what is in force from the start."""
+    return [
+        (event.time_ns * 1e-9, f"switch to {event.text}")
+        for event in events
+        if event.kind == pb.EVENT_MODEL and event.time_ns > 0
+    ]
+
+
+def manoeuvres(scenario: Scenario, last_s: float) -> list[Happening]:
+    """Changes of desired gap, desired speed or gains that begin before `last_s`."""
+    found = []
+    for switch in scenario.control.schedule:
+        if switch.targets and 0.0 < switch.at_s < last_s:
+            changes = [_change(name, value) for name, value in switch.targets.items()]
+            whom = "" if switch.vehicles is None else f" of {_vehicles(switch.vehicles)}"
+            text = f"new targets{whom}: {', '.join(changes)}"
+            found.append(Happening("manoeuvre", switch.at_s, switch.at_s + switch.ramp_s, text))
+    return found
+
+
+def impairments(scenario: Scenario, last_s: float) -> list[Happening]:
+    """Outages and rules of the channel, as far as they begin before `last_s`."""
+    channel = scenario.channel
+    scopes: list[tuple[Kind, Outage | Rule, str]] = [
+        *(("outage", outage, "outage: no frame gets through") for outage in channel.outages),
+        *(("rule", rule, f"other {_what(rule)}") for rule in channel.rules),
+    ]
+    return [
+        Happening(kind, scope.from_s, _end(scope, last_s), f"{text}{_where(scope)}")
+        for kind, scope, text in scopes
+        if scope.from_s < last_s
+    ]
+
+
+def sentences(found: Sequence[Happening], last_s: float) -> list[str]:
+    """A sentence for each, as a note of a chapter."""
+    return [f"{_when(happening, last_s)} {happening.text}." for happening in found]
+
+
+def timeline(run: Run) -> Sheet | None:
+    """A row for each thing that happened; None where nothing did."""
+    found = happenings(run)
+    if not found:
+        return None
+    last_s = float(run.time_s[-1])
+    return Sheet(
+        name="timeline",
+        title="What happened",
+        columns=("from, s", "to, s", "what"),
+        rows=tuple(
+            (
+                happening.start_s,
+                None if happening.end_s == happening.start_s else min(happening.end_s, last_s),
+                happening.text,
+            )
+            for happening in found
+        ),
+        note="In pictures over time, brakes, traces, outages and rules are shaded, and switches "
+        "are dashed lines. What lasts for the whole run is not shaded.",
+    )
+
+
+def _disturbance(of: Disturbance) -> Happening:
+    verb = "brakes with" if of.kind == "brake" else "follows a"
+    return Happening(of.kind, of.start_s, of.end_s, f"vehicle {of.vehicle} {verb} {of.text}")
+
+
+def _change(name: str, value: float) -> str:
+    """A target with its unit: "desired gap 35 m"."""
+    unit = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), "")
+    stem = name.removesuffix("_m").removesuffix("_mps")
+    return f"{stem if stem.startswith('k_') else stem.replace('_', ' ')} {value:g}{unit}"
+
+
+def _incidents(events: Sequence[pb.Event]) -> Iterator[Happening]:
+    for event in events:
+        if event.kind in _INCIDENTS:
+            at_s = event.time_ns * 1e-9
+            who = f"vehicle {event.vehicle}" if event.vehicle else ""
+            parts = (who, _INCIDENTS[event.kind], event.text)
+            yield Happening("incident", at_s, at_s, " ".join(part for part in parts if part))
+
+
+def _what(rule: Rule) -> str:
+    told = {"loss": rule.loss, "latency": rule.latency}
+    return " and ".join(name for name, value in told.items() if value is not None) or "nothing"
+
+
+def _where(scope: Outage | Rule) -> str:
+    words = ""
+    if scope.source is not None:
+        words += f" from {_vehicles(scope.source)}"
+    if scope.destination is not None:
+        words += f" to {_vehicles(scope.destination)}"
+    if scope.from_m is not None or scope.to_m is not None:
+        low = "the start" if scope.from_m is None else f"{scope.from_m:g} m"
+        high = "the end" if scope.to_m is None else f"{scope.to_m:g} m"
+        words += f" on the road from {low} to {high}"
+    return words
+
+
+def _vehicles(chosen: str) -> str:
+    """A set of vehicles as the scenario has it: numbers, or the name of a group."""
+    if chosen.isdigit():
+        return f"vehicle {chosen}"
+    return f"vehicles {chosen}" if chosen[:1].isdigit() else chosen
+
+
+def _end(scope: Outage | Rule, last_s: float) -> float:
+    until_s = math.inf if scope.until_s is None else scope.until_s
+    return until_s if until_s < last_s else math.inf
+
+
+def _when(happening: Happening, last_s: float) -> str:
+    if happening.end_s == happening.start_s:
+        return f"At {happening.start_s:g} s:"
+    if happening.start_s <= 0.0 and happening.end_s >= last_s:
+        return "Through the whole run:"
+    end = f"{happening.end_s:g} s" if math.isfinite(happening.end_s) else "the end"
+    return f"From {happening.start_s:g} s to {end}:"

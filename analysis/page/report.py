@@ -1,0 +1,112 @@
+"""The report of one run: everything that its log tells, as a page to send to a colleague."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from importlib.metadata import version
+from itertools import pairwise
+from typing import Final
+
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.page.html import Page
+from zenvoy.analysis.page.section import Section
+from zenvoy.scenarios import Scenario, effective_yaml, roster
+
+_BUSES: Final = {
+    "zenoh": "a process per vehicle, on Zenoh",
+    "in-process": "all vehicles in one process, without Zenoh",
+}
+
+
+def report_page(run: Run, sections: tuple[Section, ...]) -> Page:
+    """Everything on the page but the drawn pictures; depends on the log alone, not on its place."""
+    return Page(
+        title=f"{run.name}, seed {run.seed}",
+        lead=run.scenario.description,
+        facts=facts_of(run),
+        notes=tuple(map(sentence, run.notes)),
+        sections=sections,
+        folded=(("The scenario with all its values", effective_yaml(run.scenario)),),
+        made=(made_by(f"zenvoy analyze {run.path.name}"),),
+    )
+
+
+def made_by(command: str) -> str:
+    """How a page was made; without a date, so that the same log gives the same page."""
+    return f"Made with: {command}  (Zenvoy {version('zenvoy')}, matplotlib {version('matplotlib')})"
+
+
+def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
+    """What the log says of its run, as names and values."""
+    versions = [
+        f"{name.removeprefix('version.')} {value}"
+        for name, value in run.run.items()
+        if name.startswith("version.")
+    ]
+    return (
+        ("vehicles", f"{run.vehicles}, {_road(run.scenario)}"),
+        ("model", models(run.scenario)),
+        ("channel", f"{run.scenario.channel.technology}, {run.scenario.channel.frame_bytes} bytes"),
+        ("duration", _duration(run)),
+        ("how it ended", ended(run)),
+        ("fingerprint", run.fingerprint or ("none that holds" if run.result else "not logged")),
+        ("run", f"{run.run['run']}: {_BUSES.get(run.run['bus'], run.run['bus'])}"),
+        ("speed of the run", _speed(run)),
+        ("versions", ", ".join([*versions, f"Python {run.run['python']}"])),
+        ("machine", run.run["machine"]),
+    )
+
+
+def models(scenario: Scenario) -> str:
+    """The models in force, from when on, and in how many vehicles where not in all.
+
+    "FM, PBCM from 10 s", or "PBCM (36 vehicles); FM (4 vehicles)".
+    """
+    programs = Counter(_program(settings.phases) for settings in roster(scenario))
+    if len(programs) == 1:
+        return next(iter(programs))
+    return "; ".join(f"{text} ({number} vehicles)" for text, number in programs.most_common())
+
+
+def _program(phases: Sequence[tuple[int, str]]) -> str:
+    changes = [
+        f"{new} from {at_ns * 1e-9:g} s"
+        for (_, old), (at_ns, new) in pairwise(phases)
+        if old != new
+    ]
+    return ", ".join([phases[0][1], *changes])
+
+
+def ended(run: Run) -> str:
+    """How the run ended, as its log says."""
+    return run.result.get("end", "not logged")
+
+
+def simulated_s(run: Run) -> float:
+    """Simulated time that the log tells of, s."""
+    return float(run.time_s[-1]) if len(run.time_s) else 0.0
+
+
+def sentence(note: str) -> str:
+    """A note with a capital at its start and a stop at its end."""
+    return note[:1].upper() + note[1:] + ("" if note.endswith((".", "!", "?")) else ".")
+
+
+def _road(scenario: Scenario) -> str:
+    length_m = scenario.ring_length_m
+    return "on an open road" if length_m is None else f"on a ring of {length_m:g} m"
+
+
+def _duration(run: Run) -> str:
+    asked_s, period_ms = run.scenario.duration_s, run.scenario.period_ms
+    done_s = simulated_s(run)
+    text = f"{done_s:g} s" if done_s >= asked_s else f"{done_s:g} s of {asked_s:g} s"
+    return f"{text}, in cycles of {period_ms:g} ms"
+
+
+def _speed(run: Run) -> str:
+    if not {"wall_s", "real_time_factor"} <= run.result.keys():
+        return "not logged"
+    wall_s, factor = (float(run.result[name]) for name in ("wall_s", "real_time_factor"))
+    return f"{wall_s:.1f} s of wall time, {factor:.1f} × real time"

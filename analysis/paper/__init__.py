@@ -1,0 +1,1 @@
+"""The paper's evaluation from many runs: evidence, claims, tables and pictures."""

@@ -1,0 +1,1 @@
+"""Linear theory of the control laws, and what it predicts for a run."""

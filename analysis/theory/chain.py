@@ -1,0 +1,142 @@
+"""Linear theory of a string of vehicles, each under its own law, moved by one of them.
+
+Vehicle i of the string obeys s² x_i = e^(-sτ_i) [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i];
+the source moves as it likes. Per frequency that is a system of linear equations. Positions and
+speeds have the same ratios.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zenvoy.analysis.theory.laws import FM, Complexes, Coupling, Floats
+from zenvoy.analysis.theory.ring import roots
+from zenvoy.scenarios import Gains
+
+_AT_ONCE: Final = 256  # frequencies: a matrix each
+_FASTEST: Final = 10.0  # rad/s: what is faster, no law with sensible gains hands on
+
+
+class Member(NamedTuple):
+    """Law and gains of a vehicle, delay of its commands, s. `coupling` None: it keeps its speed."""
+
+    coupling: Coupling | None
+    gains: Gains
+    delay_s: float
+
+
+def open_road(members: Sequence[Member]) -> list[Member]:
+    """The string of paper Eq. 3_2: vehicle 1 keeps its speed, vehicle N is under FM.
+
+    `members` are vehicles 1..N as they would be on a ring; the laws of the first and the last one
+    do not matter. A vehicle too near an end for all its neighbours counts as many on both sides
+    as there are.
+    """
+    n = len(members)
+    inside = [
+        member._replace(coupling=_at(i, n, member.coupling))
+        for i, member in enumerate(members[1:-1], start=1)
+    ]
+    return [members[0]._replace(coupling=None), *inside, members[-1]._replace(coupling=FM)]
+
+
+def _at(i: int, n: int, coupling: Coupling | None) -> Coupling | None:
+    if coupling is None:
+        return None
+    room = min(i, n - 1 - i) if coupling.behind else i
+    return Coupling(_shorter(coupling.ahead, room), _shorter(coupling.behind, room))
+
+
+def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
+    """The first `room` weights, scaled to the sum of all: those of a smaller m."""
+    kept = weights[:room]
+    share = sum(weights) / sum(kept) if sum(kept) > 0.0 else 0.0
+    return tuple(weight * share for weight in kept)
+
+
+def is_stable(members: Sequence[Member]) -> bool:
+    """Whether the string comes to rest by itself, so that frequencies tell of its motion.
+
+    Looks where delay bites first: at the fastest of the string's own motions, neighbours swinging
+    against each other, λ = 2 Σ weights; under a law that looks ahead alone all have λ = Σ weights.
+    """
+    for coupling, gains, delay_s in set(members):
+        if coupling is None:
+            continue
+        weight = sum(coupling.ahead) + sum(coupling.behind)
+        lam = np.array([2.0 * weight if coupling.behind else weight], dtype=np.complex128)
+        if roots(lam, gains, delay_s)[0, 0].real > 0.0:
+            return False
+        if coupling.behind and gains.k_c < 0.0:  # then long waves grow
+            return False
+    return True
+
+
+def frequency_response(
+    omega: Floats, members: Sequence[Member], source: int, *, ring: bool
+) -> Complexes:
+    """Speed of every vehicle over that of vehicle `source` (an index): (F, n), ω (F,) in rad/s.
+
+    `ring`: the last vehicle is ahead of the first. Needs k_d > 0 where ω holds a 0.
+    """
+    omega = np.asarray(omega, dtype=np.float64)
+    parts = [
+        _solve(omega[k : k + _AT_ONCE], members, source, ring)
+        for k in range(0, len(omega), _AT_ONCE)
+    ]
+    return np.concatenate(parts)
+
+
+def follow(
+    motion: Floats,
+    period_s: float,
+    members: Sequence[Member],
+    source: int,
+    *,
+    ring: bool,
+) -> Floats:
+    """Deviations of all vehicles' speeds (T, n) that the source's (T,) brings about, m/s.
+
+    `motion` begins at rest, at 0. The spectrum is taken over three times its length, so that
+    what it sets off has died out before it comes round again.
+    """
+    steps = 1 << int(np.ceil(np.log2(3 * len(motion))))
+    omega = np.asarray(2.0 * np.pi * np.fft.rfftfreq(steps, period_s), dtype=np.float64)
+    slow = omega <= _FASTEST
+    spectrum = np.zeros((len(omega), len(members)), dtype=np.complex128)
+    response = frequency_response(omega[slow], members, source, ring=ring)
+    spectrum[slow] = response * np.fft.rfft(motion, steps)[slow, None]
+    moved = np.fft.irfft(spectrum, steps, axis=0)[: len(motion)]
+    moved[:, source] = motion
+    return np.asarray(moved)
+
+
+def _solve(omega: Floats, members: Sequence[Member], source: int, ring: bool) -> Complexes:
+    n = len(members)
+    s = 1j * omega
+    matrix = np.zeros((len(omega), n, n), dtype=np.complex128)
+    for i, (coupling, gains, delay_s) in enumerate(members):
+        if i == source or coupling is None:
+            matrix[:, i, i] = 1.0
+            continue
+        late = np.exp(-s * delay_s)
+        matrix[:, i, i] += s * s + gains.k_c * s * late
+        pull = (gains.k_v * s + gains.k_d) * late
+        for j, weight in _neighbours(i, n, coupling, ring):
+            matrix[:, i, i] += weight * pull
+            matrix[:, i, j] -= weight * pull
+    moved = np.zeros((len(omega), n, 1), dtype=np.complex128)
+    moved[:, source] = 1.0
+    return np.asarray(np.linalg.solve(matrix, moved)[:, :, 0])
+
+
+def _neighbours(i: int, n: int, coupling: Coupling, ring: bool) -> list[tuple[int, float]]:
+    """Index and weight of each vehicle that `i` counts."""
+    found = [(i - j, weight) for j, weight in enumerate(coupling.ahead, start=1)]
+    found += [(i + j, weight) for j, weight in enumerate(coupling.behind, start=1)]
+    if ring:
+        return [(j % n, weight) for j, weight in found]
+    return [(j, weight) for j, weight in found if 0 <= j < n]

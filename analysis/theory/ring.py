@@ -1,0 +1,138 @@
+"""Linear theory of the ring: how each mode decays or grows, and how fast waves travel.
+
+On the ring a deviation x_i = e^(iθi) e^(st) keeps its shape: mode n of N vehicles has θ = 2πn/N.
+With λ(θ) = Σ_j ahead_j (1 - e^(-iθj)) + Σ_j behind_j (1 - e^(iθj)), for BCM 2 (1 - cos θ), its s
+solves s² + ((k_v λ + k_c) s + k_d λ) e^(-sτ) = 0.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from zenvoy.analysis.theory.laws import Complexes, Coupling, Floats
+from zenvoy.scenarios import Gains
+
+_INSTANTS: Final = 17  # of the delay line
+_NEWTON_STEPS: Final = 6
+
+
+class Mode(NamedTuple):
+    """Mode `number` of the ring: growth rate (1/s; negative: it decays), frequency (rad/s)."""
+
+    number: int
+    rate: float
+    omega: float
+
+
+def eigenvalue(coupling: Coupling, theta: Floats) -> Complexes:
+    """λ(θ), in the shape of `theta`; real for couplings that count both sides alike."""
+    theta = np.asarray(theta, dtype=np.float64)
+    total = np.zeros(theta.shape, dtype=np.complex128)
+    for sign, weights in ((-1j, coupling.ahead), (1j, coupling.behind)):
+        for j, weight in enumerate(weights, start=1):
+            total += weight * (1.0 - np.exp(sign * theta * j))
+    return total
+
+
+def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0) -> Complexes:
+    """The two roots s (2, ...) farthest to the right, those that die out last, in that order.
+
+    Without delay there are just two. With delay there are infinitely many; the first are found as
+    eigenvalues of the motion of the delay line, by collocation at Chebyshev's points (Breda,
+    Maset and Vermiglio 2005), and brought to full precision by Newton's method.
+    """
+    lam = np.asarray(lam, dtype=np.complex128)
+    damping, stiffness = gains.k_v * lam + gains.k_c, gains.k_d * lam
+    if delay_s <= 0.0:
+        return _quadratic(damping, stiffness)
+    found = np.linalg.eigvals(_delay_line(damping.ravel(), stiffness.ravel(), delay_s))
+    first = np.argsort(-found.real, axis=1, kind="stable")[:, :2]
+    pair = np.take_along_axis(found, first, axis=1).T.reshape(2, *lam.shape)
+    for _ in range(_NEWTON_STEPS):
+        law, late = damping * pair + stiffness, np.exp(-pair * delay_s)
+        slope = 2.0 * pair + (damping - delay_s * law) * late
+        pair = pair - (pair * pair + law * late) / np.where(slope == 0.0, 1.0, slope)
+    return np.asarray(pair, dtype=np.complex128)
+
+
+def _delay_line(damping: Complexes, stiffness: Complexes, delay_s: float) -> Complexes:
+    """d/dt (K, 2 m, 2 m) of (x, v) at m instants from now back to the delay, a matrix per mode."""
+    m = _INSTANTS
+    x = np.cos(np.pi * np.arange(m) / (m - 1))  # from 1, now, to -1
+    weight = np.r_[2.0, np.ones(m - 2), 2.0] * (-1.0) ** np.arange(m)
+    derivative = np.outer(weight, 1.0 / weight) / (x[:, None] - x[None, :] + np.eye(m))
+    derivative -= np.diag(derivative.sum(axis=1))
+    line = np.kron(derivative * (2.0 / delay_s), np.eye(2)).astype(np.complex128)
+    lines = np.repeat(line[None], len(damping), axis=0)
+    lines[:, :2] = 0.0
+    lines[:, 0, 1] = 1.0  # now, x' is v, and v' is what the law says of the far end
+    lines[:, 1, -2], lines[:, 1, -1] = -stiffness, -damping
+    return lines
+
+
+def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
+    """Roots (2, ...) of s² + linear · s + constant, the one farther right first."""
+    half = np.sqrt(linear * linear / 4.0 - constant + 0j)  # of real part >= 0
+    return np.stack([-linear / 2.0 + half, -linear / 2.0 - half])
+
+
+def modes(
+    coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0, most: int | None = None
+) -> list[Mode]:
+    """Modes 1 .. size // 2 (or `most`) of a ring of `size` vehicles, each with its slowest root.
+
+    The others are their conjugates. Mode 0, all vehicles shifted alike, is no disturbance.
+    """
+    last = size // 2 if most is None else min(most, size // 2)
+    numbers = np.arange(1, last + 1)
+    lam = eigenvalue(coupling, 2.0 * np.pi * numbers / size)
+    slow = roots(lam, gains, delay_s)[0]
+    return [
+        Mode(int(n), float(s.real), float(abs(s.imag))) for n, s in zip(numbers, slow, strict=True)
+    ]
+
+
+def slowest_mode(coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0) -> Mode:
+    """The mode that decays slowest, or grows fastest: it decides when the ring is at rest."""
+    return max(modes(coupling, gains, size, delay_s), key=lambda mode: mode.rate)
+
+
+def long_wave_speed(coupling: Coupling, gains: Gains) -> float:
+    """Speed of long waves from vehicle to vehicle, backwards, vehicles/s.
+
+    Where one side counts more it is kinematic, k_d Σ j (ahead_j - behind_j) / k_c: at rest within
+    a wave, k_c (v - v_des) balances the gap's k_d. Counted alike, waves run both ways at
+    √(k_d Σ j² c_j), as on a chain of springs; k_c damps them (below the θ at which λ k_d =
+    k_c²/4 they only creep). Infinite for k_c = 0 in the first case.
+    """
+    lean = _moment(coupling.ahead, 1) - _moment(coupling.behind, 1)
+    if lean != 0.0:
+        return gains.k_d * lean / gains.k_c if gains.k_c > 0.0 else float("inf")
+    both = _moment(coupling.ahead, 2) + _moment(coupling.behind, 2)
+    return float(np.sqrt(gains.k_d * both / 2.0))
+
+
+def wave_speeds(
+    coupling: Coupling, gains: Gains, theta: float, delay_s: float = 0.0
+) -> tuple[float, float]:
+    """Phase and group velocity of waves of phase θ per vehicle, backwards, vehicles/s.
+
+    From the dispersion relation ω(θ) = -Im s of the least damped wave; 0 where it only creeps.
+    """
+    step = 1e-4 * theta
+    around = np.array([theta - step, theta, theta + step])
+    slow = roots(eigenvalue(coupling, around), gains, delay_s)[0]
+    # Counted alike, waves come in pairs that run both ways; which comes first is chance.
+    omega = np.abs(slow.imag) if coupling.ahead == coupling.behind else -slow.imag
+    return float(omega[1] / theta), float((omega[2] - omega[0]) / (2.0 * step))
+
+
+def _moment(weights: tuple[float, ...], power: int) -> float:
+    return float(sum(weight * j**power for j, weight in enumerate(weights, start=1)))
+
+
+def metres_per_second(vehicles_per_s: float, gap_m: float, speed_mps: float) -> float:
+    """Speed over the road of a wave that runs backwards through vehicles `gap_m` apart."""
+    return speed_mps - vehicles_per_s * gap_m

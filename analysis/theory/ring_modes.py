@@ -1,0 +1,119 @@
+"""Modes of a ring after a disturbance: how fast each dies out, measured and by theory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.stability import Decay, decay, lasting, mode_amplitude
+from zenvoy.analysis.theory.chain import Member
+from zenvoy.analysis.theory.disturbed import Disturbed
+from zenvoy.analysis.theory.ring import Mode, eigenvalue, modes, roots
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_MOST: Final = 20  # modes: those beyond are gone before they can be measured
+_FALLEN: Final = 0.02  # a mode is followed until it has fallen to this share
+_FEWEST: Final = 20  # rows of a fit
+_DESCRIBED: Final = 0.9  # R² from which a fit is told
+_ABOVE: Final = 3.0  # times what a mode was before the disturbance
+_BEFORE_S: Final = 5.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeRow:
+    """A mode: amplitude after the disturbance (T,), m, rows of the fit, what it gave, theory."""
+
+    number: int
+    amplitude: Complexes
+    fitted: int
+    measured: Decay | None
+    theory: Mode | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modes:
+    """Modes 1, 2, … of a ring from `time_s` (T,) on; none on an open road, and then a note."""
+
+    time_s: Floats
+    rows: tuple[ModeRow, ...]
+    alike: Member | None
+    size: int
+    notes: tuple[str, ...]
+
+    @property
+    def slowest(self) -> ModeRow | None:
+        """The one that decays slowest: by theory, or else of those that were measured."""
+        by_theory = [(row.theory.rate, row) for row in self.rows if row.theory]
+        measured = [(row.measured.rate, row) for row in self.rows if row.measured]
+        return max(by_theory or measured, key=lambda pair: pair[0], default=(0.0, None))[1]
+
+    def by_theory(self, row: ModeRow) -> Complexes | None:
+        """The amplitude as the two exponents of theory describe it best over the fitted rows."""
+        if self.alike is None or self.alike.coupling is None or not row.fitted:
+            return None
+        _, gains, delay_s = self.alike
+        lam = eigenvalue(self.alike.coupling, np.array([2.0 * np.pi * row.number / self.size]))
+        exponents = roots(lam, gains, delay_s)[:, 0]
+        powers = np.exp((self.time_s - self.time_s[0])[:, None] * exponents[None, :])
+        used = row.fitted
+        weights = np.linalg.lstsq(powers[:used], row.amplitude[:used], rcond=None)[0]
+        return np.asarray(powers @ weights)
+
+
+def measured_modes(run: Run, case: Disturbed) -> Modes:
+    """Modes from the end of the disturbance on."""
+    ring_m = run.scenario.ring_length_m
+    alike = case.theory.alike if case.theory else None
+    after = case.time_s > case.disturbance.end_s
+    time_s = case.time_s[after]
+    notes: list[str] = []
+    rows: list[ModeRow] = []
+    if ring_m is None:
+        notes.append("An open road has no modes of its own: only gains and waves are told.")
+    elif len(time_s) < _FEWEST:
+        notes.append("The disturbance lasts as long as the record: no mode is left to itself.")
+    else:
+        if case.theory and not alike:
+            notes.append("Vehicles differ in law or gains: the ring has no modes in closed form.")
+        start_s = case.disturbance.start_s
+        before = (run.time_s > start_s - _BEFORE_S) & (run.time_s <= start_s)
+        position = run.truth["position"]
+        parts = position[before], position[case.rows][after]
+        rows = [
+            _row(parts, ring_m, number, case.period_s, mode)
+            for number, mode in enumerate(_by_theory(alike, run.vehicles), start=1)
+        ]
+    return Modes(
+        time_s=time_s, rows=tuple(rows), alike=alike, size=run.vehicles, notes=tuple(notes)
+    )
+
+
+def _by_theory(alike: Member | None, n: int) -> Sequence[Mode | None]:
+    if alike is None or alike.coupling is None:
+        return [None] * min(n // 2, _MOST)
+    return modes(alike.coupling, alike.gains, n, alike.delay_s, _MOST)
+
+
+def _row(
+    parts: tuple[Floats, Floats], ring_m: float, number: int, period_s: float, mode: Mode | None
+) -> ModeRow:
+    """A mode, from the positions before and after the disturbance."""
+    before, after = (mode_amplitude(part, ring_m, number) for part in parts)
+    fitted = lasting(after, _FALLEN)
+    noise = float(np.sqrt(np.mean(np.abs(before) ** 2))) if before.size else 0.0
+    stands_out = float(np.abs(after).max()) >= _ABOVE * noise
+    found = decay(after[:fitted], period_s) if stands_out and fitted >= _FEWEST else None
+    return ModeRow(
+        number=number,
+        amplitude=after,
+        fitted=fitted,
+        measured=found if found is not None and found.r2 >= _DESCRIBED else None,
+        theory=mode,
+    )

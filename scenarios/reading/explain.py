@@ -1,0 +1,94 @@
+"""What pydantic refuses, in our words: what was written, and what is allowed there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Final, NamedTuple
+
+from pydantic_core import ErrorDetails
+
+from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.reading.allowed import JsonSchema, interval, noun, path_of, schema_at, types
+from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
+from zenvoy.scenarios.wording import dotted, one_line, shown, trimmed
+
+_LONGEST_KEY: Final = 100  # to look for one like it takes time with its length
+
+_OUT_OF_RANGE = {
+    "greater_than",
+    "greater_than_equal",
+    "less_than",
+    "less_than_equal",
+    "finite_number",
+}
+
+
+class Refusal(NamedTuple):
+    """What pydantic refuses: the value at a path into the file, and the schema there.
+
+    Of an unknown key, the schema is that of the mapping it is in.
+    """
+
+    path: Path
+    kind: str
+    value: object
+    schema: JsonSchema
+
+
+def refusal(error: ErrorDetails) -> Refusal:
+    """The refusal behind one entry of ValidationError.errors()."""
+    loc, kind, value = error["loc"], error["type"], error["input"]
+    if kind == "extra_forbidden":
+        return Refusal((*path_of(loc[:-1]), loc[-1]), kind, value, schema_at(loc[:-1]))
+    return Refusal(path_of(loc), kind, value, schema_at(loc))
+
+
+def is_reported(refused: Refusal) -> bool:
+    """Whether the value could not even be read, which is reported where it was tried."""
+    return refused.kind != "extra_forbidden" and (_narrowed(refused).value is Unreadable.UNREADABLE)
+
+
+def explained(refused: Refusal, root: Node) -> Problem:
+    """The problem that a refusal is, with its place in `root`."""
+    path, kind, _, schema = refused = _narrowed(refused)
+    if kind == "extra_forbidden":
+        text = _unknown_key(str(path[-1]), list(schema["properties"]))
+    else:
+        written = root.find(path)
+        if written is not None and isinstance(written.value, str):  # 150%, say, and not 1.5
+            refused = refused._replace(value=written.value)
+        text = _refused_value(refused)
+    return Problem(key=dotted(path), text=text, place=root.place_of(path))
+
+
+def _narrowed(refused: Refusal) -> Refusal:
+    """Of an entry whose type is none that there is, the type alone."""
+    path, kind, value, schema = refused
+    if kind.startswith("union_tag") and isinstance(value, dict):
+        return Refusal((*path, "type"), kind, value.get("type"), {"enum": types(schema)})
+    return refused
+
+
+def nearest(name: str, names: Mapping[str, str]) -> str:
+    """A hint at the likeliest of `names`, by what each may be called; ends in a space, or is ""."""
+    near = get_close_matches(name, names, n=1) or get_close_matches(name.lower(), names, n=1)
+    return f"did you mean {one_line(names[near[0]])!r}? " if near else ""
+
+
+def _unknown_key(key: str, allowed: list[str]) -> str:
+    hint = nearest(key[:_LONGEST_KEY], {name: name for name in allowed})
+    return f"unknown key; {hint}allowed: {', '.join(allowed)}"
+
+
+def _refused_value(refused: Refusal) -> str:
+    _, kind, value, schema = refused
+    if kind == "missing":
+        return f"missing; allowed: {noun(schema)} {interval(schema)}".rstrip()
+    if kind in _OUT_OF_RANGE:
+        return f"{shown(value)} is not {interval(schema)}"
+    if isinstance(value, list) and kind == "too_long":
+        return f"a list of {len(value)} is not {noun(schema)}"
+    if schema.get("type") == "integer" and isinstance(value, float) and value.is_integer():
+        return f"{shown(value)} is not a whole number; write {trimmed(value)}"
+    return f"{shown(value)} is not {noun(schema)}"

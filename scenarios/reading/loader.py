@@ -1,0 +1,63 @@
+"""Scenarios by path or by name: read, overridden, validated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.reading.extends import chain
+from zenvoy.scenarios.reading.files import with_tables
+from zenvoy.scenarios.reading.library import packaged
+from zenvoy.scenarios.reading.origin import located
+from zenvoy.scenarios.reading.overrides import overridden
+from zenvoy.scenarios.reading.spacing import with_spacing
+from zenvoy.scenarios.reading.validate import placed, validated
+from zenvoy.scenarios.schema.notes import notes_of
+from zenvoy.scenarios.schema.scenario import Scenario
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loaded:
+    """A scenario, what it is called, and the text it was read from.
+
+    The text is that of its own file, without what it extends and without the overrides.
+    """
+
+    name: str
+    scenario: Scenario
+    text: str
+    notes: tuple[Problem, ...] = ()
+    """What is allowed, and hardly meant, each with its place."""
+
+
+def load(
+    name_or_path: str | Path,
+    overrides: Sequence[str] = (),
+    *,
+    seed: int | None = None,
+    duration_s: float | None = None,
+    clock: str | None = None,
+    speed: float | None = None,
+) -> Loaded:
+    """The scenario in an existing file, or else the built-in one of that name.
+
+    overrides are `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3); seed,
+    duration_s, clock and speed are put in after them. Raises UnknownScenarioError,
+    UnreadableScenarioError or InvalidScenarioError, each a ScenarioError.
+    """
+    origin = located(name_or_path)
+    files = chain(origin)
+    options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
+    root, more = overridden(files.root, overrides, options)
+    root, of_spacing = with_spacing(root)
+    root, errors = with_tables(root, files.origins)
+    scenario = validated(root, [*files.problems, *more, *of_spacing], errors)
+    notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
+    return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
+
+
+def builtin() -> list[tuple[str, str]]:
+    """Name and description of every built-in scenario, in order of name."""
+    return [(name, load(name).scenario.description) for name in packaged()]

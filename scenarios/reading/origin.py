@@ -1,0 +1,158 @@
+"""Where scenarios and what they refer to are found: as files, or inside the package."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path, PurePosixPath
+from typing import Final, Protocol
+
+from zenvoy.scenarios.errors import Place, Problem, UnknownScenarioError, UnreadableScenarioError
+from zenvoy.scenarios.reading.bounded import (
+    LARGEST_BYTES,
+    STANDARD_INPUT,
+    RegularFile,
+    StandardInput,
+)
+from zenvoy.scenarios.reading.explain import nearest
+from zenvoy.scenarios.reading.library import inside, packaged
+from zenvoy.scenarios.wording import shown
+
+_LONGEST_NAME: Final = 100  # to look for one like it takes time with its length
+_MOST_NEIGHBOURS: Final = 1_000
+_MOST_PARTS: Final = 1_000
+
+
+class Readable(Protocol):
+    """A file, one inside the package, or standard input."""
+
+    def read_bytes(self) -> bytes:
+        """All of it; raises OSError."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """A text that can be read: what it is called, and how messages call its source."""
+
+    name: str
+    source: str
+    entry: Readable
+    builtin: bool
+
+    @property
+    def identity(self) -> tuple[bool, str]:
+        """Equal for two origins of the same text."""
+        return self.builtin, self.name if self.builtin else os.path.realpath(self.source)
+
+    def text(self, rank: int = 0) -> str:
+        """Its contents, unpacked if its name ends in .gz.
+
+        `rank` is that of the places in it. Raises OSError, ValueError where it cannot be unpacked,
+        or UnreadableScenarioError where it is not UTF-8.
+        """
+        data = self.entry.read_bytes()
+        if self.source.endswith(".gz"):
+            data = _unpacked(data)
+        try:
+            return data.decode()
+        except UnicodeDecodeError as error:
+            line = data.count(b"\n", 0, error.start) + 1
+            place = Place(source=self.source, line=line, rank=rank)
+            text = f"not UTF-8: byte 0x{data[error.start]:02x}"
+            raise UnreadableScenarioError([Problem(key="", text=text, place=place)]) from None
+
+    def beside(self, reference: str) -> Origin:
+        """The file that this one refers to, whether it exists or not."""
+        if not self.builtin:
+            return from_here(Path(self.source).parent / reference)
+        path = PurePosixPath(self.name).parent / reference
+        source = f"built-in {path}"
+        return Origin(name=path.stem, source=source, entry=inside(path), builtin=True)
+
+    def base(self, reference: str, place: Place) -> Origin:
+        """The scenario that this one extends, as it says at `place`.
+
+        A file beside it, else a built-in one. Raises UnknownScenarioError.
+        """
+        if not self.builtin and _is_file(path := Path(self.source).parent / reference):
+            return from_here(path)
+        return _named(reference, "extends", place, files=not self.builtin)
+
+
+def located(name_or_path: str | Path) -> Origin:
+    """The scenario in an existing file, else the built-in one; "-" is standard input.
+
+    Raises UnknownScenarioError.
+    """
+    if str(name_or_path) == STANDARD_INPUT:
+        source = "standard input"
+        return Origin(name="stdin", source=source, entry=StandardInput(), builtin=False)
+    if _is_file(name_or_path):
+        return from_here(name_or_path)
+    return _named(str(name_or_path), "", None, files=True)
+
+
+def from_here(path: str | Path) -> Origin:
+    """The file at a path from the folder of the command, whether it exists or not."""
+    entry = RegularFile(str(path))
+    return Origin(name=Path(path).stem, source=str(path), entry=entry, builtin=False)
+
+
+def _unpacked(data: bytes) -> bytes:
+    """What is in a gzip file; not more than is allowed, however small the file is."""
+    text = b""
+    parts = 0
+    while data:  # a file may have several parts
+        parts += 1
+        if parts > _MOST_PARTS:
+            raise ValueError(f"more than {_MOST_PARTS} parts of gzip")
+        unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+        try:
+            text += unpacker.decompress(data, LARGEST_BYTES + 1 - len(text))
+        except zlib.error:
+            raise ValueError("not a file of gzip") from None
+        if len(text) > LARGEST_BYTES:
+            raise ValueError(f"more than {LARGEST_BYTES >> 20} MiB, the most that are allowed")
+        if not unpacker.eof:
+            raise ValueError("its end is missing")
+        data = unpacker.unused_data
+    return text
+
+
+def _is_file(path: str | Path) -> bool:
+    # os.path, unlike Path, answers False to names that no file can have.
+    return os.path.exists(path) and not os.path.isdir(path)
+
+
+def _named(name: str, key: str, place: Place | None, *, files: bool) -> Origin:
+    known = packaged()
+    if name in known:
+        return Origin(name=name, source=f"built-in {name}", entry=known[name], builtin=True)
+    what = "is neither a file nor a built-in scenario" if files else "is no built-in scenario"
+    # What lies beside a file that is extended is not for those to know who wrote the file.
+    hint = nearest(name[:_LONGEST_NAME], _alike(known, _beside(name) if not key else ()))
+    text = f"{shown(name)} {what}; {hint}built-in: {', '.join(known)}"
+    raise UnknownScenarioError([Problem(key=key, text=text, place=place)])
+
+
+def _alike(builtin: Iterable[str], beside: Iterable[str]) -> dict[str, str]:
+    """What a user may call a scenario in haste, and its name: without folder or suffix, say."""
+    builtin = list(builtin)
+    names = {name.rpartition("/")[2]: name for name in reversed(builtin)}
+    names |= {f"{name}{suffix}": name for name in builtin for suffix in (".yaml", "")}
+    return names | {called: path for path in beside for called in (path, os.path.splitext(path)[0])}
+
+
+def _beside(path: str) -> list[str]:
+    """The scenario files in the folder in which `path` is not."""
+    folder = os.path.dirname(path)
+    try:
+        with os.scandir(folder or ".") as entries:
+            names = sorted(entry.name for entry in islice(entries, _MOST_NEIGHBOURS))
+    except (OSError, ValueError):
+        return []
+    return [os.path.join(folder, name) for name in names if name.endswith((".yaml", ".yml"))]

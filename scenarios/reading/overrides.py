@@ -1,0 +1,45 @@
+"""`key=value` settings from the command line, put into the tree of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from zenvoy.scenarios.errors import Place, Problem, ScenarioError
+from zenvoy.scenarios.reading.source import DEEPEST, parse
+from zenvoy.scenarios.reading.tree import Node, planted
+from zenvoy.scenarios.wording import dotted
+
+
+def overridden(
+    root: Node, settings: Sequence[str], options: Mapping[str, int | float | str | None]
+) -> tuple[Node, list[Problem]]:
+    """`root` with each `key=value` of `settings` put in, then each option that is not None.
+
+    options maps keys of the top level (seed, speed) to values. What cannot be put in is left
+    out, and reported.
+    """
+    problems: list[Problem] = []
+    for rank, setting in enumerate(settings, start=1):
+        try:
+            root, found = _with_setting(root, setting, Place(source=f"--set {setting}", rank=rank))
+            problems += found
+        except ScenarioError as error:
+            problems += error.problems
+    for rank, (key, value) in enumerate(options.items(), start=len(settings) + 1):
+        if value is not None:
+            flag = f"--{key.replace('_', '-')} {value}" if key != "clock" else f"--{value}"
+            root = planted(root, (key,), Node(value, Place(source=flag, rank=rank)))
+    return root, problems
+
+
+def _with_setting(root: Node, setting: str, place: Place) -> tuple[Node, list[Problem]]:
+    key, equals, text = setting.partition("=")
+    path = tuple(step.strip() for step in key.split("."))
+    if not equals or not all(path) or len(path) > DEEPEST:
+        what = "not of the form key=value, for instance channel.loss.p=0.3"
+        return root, [Problem(key="", text=what, place=place)]
+    if path[0] == "extends":
+        what = "cannot be set; allowed in a file only"
+        return root, [Problem(key=dotted(path), text=what, place=place)]
+    value, problems = parse(text, lambda _: place, path)
+    return planted(root, path, value or Node(None, place)), problems

@@ -1,0 +1,144 @@
+"""Checks across sections: values that are fine alone and impossible together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
+from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
+from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
+from zenvoy.scenarios.wording import trimmed
+
+if TYPE_CHECKING:
+    from zenvoy.scenarios.schema.scenario import Scenario
+
+_NS_PER_S = 1_000_000_000
+
+
+class DisagreementError(ValueError):
+    """Raised inside the validation of a Scenario; pydantic wraps it in its ValidationError."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        self.problems = problems
+        super().__init__("\n".join(map(str, problems)))
+
+
+def disagreements(scenario: Scenario) -> list[Problem]:
+    """Every disagreement between values of `scenario`, without places."""
+    return [
+        *_lengths(scenario),
+        *_ring(scenario),
+        *_weights(scenario),
+        *sets_that_disagree(scenario),
+        *_times(scenario),
+        *_beacons(scenario),
+        *_clock(scenario),
+        *_schedule(scenario),
+        *channel_that_disagrees(scenario),
+        *events_that_disagree(scenario),
+    ]
+
+
+def refuse_disagreements(scenario: Scenario) -> None:
+    """Raise DisagreementError if any two values of `scenario` disagree."""
+    if problems := disagreements(scenario):
+        raise DisagreementError(problems)
+
+
+def _lengths(scenario: Scenario) -> Iterator[Problem]:
+    """Gaps are measured from front to front: one of a vehicle's length is a collision."""
+    length_m = scenario.fleet.length_m
+    gaps: dict[str, float | None] = {
+        "fleet.gap_m": scenario.fleet.gap_m,
+        "control.desired_gap_m": scenario.control.desired_gap_m,
+    }
+    for index, group in enumerate(scenario.fleet.groups):
+        gaps[f"fleet.groups.{index}.desired_gap_m"] = group.desired_gap_m
+    for index, switch in enumerate(scenario.control.schedule):
+        gaps[f"control.schedule.{index}.desired_gap_m"] = switch.desired_gap_m
+    for key, gap_m in gaps.items():
+        if gap_m is not None and gap_m <= length_m:
+            text = f"{trimmed(gap_m)} is not greater than fleet.length_m ({trimmed(length_m)})"
+            yield Problem(key=key, text=text, related=("fleet.length_m",))
+
+
+def _ring(scenario: Scenario) -> Iterator[Problem]:
+    """On the ring nobody may be ahead and behind at once."""
+    if scenario.road.type != "ring":
+        return
+    needs = {"BCM": 3, "PBCM": 3, "MBCM": 2 * scenario.control.multi_node.neighbours + 1}
+    wanted = [(needs.get(model, 0), key, model) for key, model in _models(scenario)]
+    need, key, model = max(wanted, key=lambda want: want[0])
+    if scenario.fleet.size < need:
+        text = f"{scenario.fleet.size} is not at least {need}, which {model} needs on the ring"
+        related = (key, "road.type", "control.multi_node.neighbours")
+        yield Problem(key="fleet.size", text=text, related=related[: 3 if model == "MBCM" else 2])
+
+
+def _models(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Every model that is named, with the key where it is."""
+    yield "control.model", scenario.control.model
+    for index, switch in enumerate(scenario.control.schedule):
+        if switch.model is not None:
+            yield f"control.schedule.{index}.model", switch.model
+    for index, group in enumerate(scenario.fleet.groups):
+        if group.model is not None:
+            yield f"fleet.groups.{index}.model", group.model
+
+
+def _weights(scenario: Scenario) -> Iterator[Problem]:
+    multi = scenario.control.multi_node
+    if not isinstance(multi.weights, str) and len(multi.weights) != multi.neighbours:
+        key = "control.multi_node.neighbours"
+        text = f"{len(multi.weights)} numbers, not one for each of {key} ({multi.neighbours})"
+        yield Problem(key="control.multi_node.weights", text=text, related=(key,))
+
+
+def _times(scenario: Scenario) -> Iterator[Problem]:
+    # Compared in ns, as the run does: what differs by less is equal there.
+    period = f"period_ms ({trimmed(scenario.period_ms)})"
+    if round(scenario.duration_s * _NS_PER_S) < scenario.period_ns:
+        text = f"{trimmed(scenario.duration_s)} is not at least one period, {period}"
+        yield Problem(key="duration_s", text=text, related=("period_ms",))
+    if scenario.v2v_wait_ns >= scenario.period_ns:
+        text = f"{trimmed(scenario.control.v2v_wait_ms or 0.0)} is not less than {period}"
+        yield Problem(key="control.v2v_wait_ms", text=text, related=("period_ms",))
+
+
+def _beacons(scenario: Scenario) -> Iterator[Problem]:
+    rule, every = scenario.beacons.rule, scenario.beacons.every
+    if every != 1 and rule != "every-nth":
+        text = f"{every} is given, but beacons.rule is {rule}; allowed: 1"
+        yield Problem(key="beacons.every", text=text, related=("beacons.rule",))
+
+
+def _clock(scenario: Scenario) -> Iterator[Problem]:
+    """Lock-step is as fast as it can be."""
+    if scenario.clock == "lock-step" and scenario.speed != 1.0:
+        text = f"{trimmed(scenario.speed)} is for clock: realtime; allowed in lock-step: 1"
+        yield Problem(key="speed", text=text, related=("clock",))
+
+
+def _schedule(scenario: Scenario) -> Iterator[Problem]:
+    schedule = scenario.control.schedule
+    for index, switch in enumerate(schedule):
+        key = f"control.schedule.{index}"
+        if switch.model is None and not switch.targets:
+            text = "nothing changes; allowed: model, desired_gap_m, desired_speed_mps or gains"
+            allowed = ("model", "desired_gap_m", "desired_speed_mps", "gains")
+            yield Problem(key=key, text=text, related=tuple(f"{key}.{name}" for name in allowed))
+        elif switch.ramp_s > 0.0 and not switch.targets:
+            text = f"{trimmed(switch.ramp_s)} is given, but a model changes at once; allowed: 0"
+            yield Problem(key=f"{key}.ramp_s", text=text, related=(f"{key}.model",))
+    for index, (before, switch) in enumerate(pairwise(schedule), start=1):
+        at_ns, before_ns = round(switch.at_s * _NS_PER_S), round(before.at_s * _NS_PER_S)
+        # At the same instant other vehicles may switch, the same ones may not.
+        if at_ns < before_ns or (at_ns == before_ns and switch.vehicles == before.vehicles):
+            earlier = trimmed(before.at_s)
+            text = f"{trimmed(switch.at_s)} is not later than the switch before ({earlier})"
+            key = f"control.schedule.{index}.at_s"
+            related = (f"control.schedule.{index - 1}.at_s",)
+            yield Problem(key=key, text=text, related=related)

@@ -1,0 +1,70 @@
+"""Notes: what a scenario may say, and yet its author hardly means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
+from zenvoy.scenarios.schema.notes_of_events import notes_of_events
+from zenvoy.scenarios.schema.roster import group_members
+from zenvoy.scenarios.schema.section import NS_PER_S
+from zenvoy.scenarios.wording import trimmed
+
+if TYPE_CHECKING:
+    from zenvoy.scenarios.schema.scenario import Scenario
+
+Sets = dict[str, frozenset[int]]
+
+
+def notes_of(scenario: Scenario) -> list[Problem]:
+    """What is allowed and hardly meant in a valid scenario, without places."""
+    sets = group_members(scenario)
+    return [
+        *_start(scenario, sets),
+        *_groups(scenario, sets),
+        *_schedule(scenario),
+        *notes_of_channel(scenario, sets),
+        *notes_of_events(scenario),
+    ]
+
+
+def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
+    """The fleet starts at the distances, and the first vehicle at the speed, that it is to have."""
+    fleet, control = scenario.fleet, scenario.control
+    own_gap, own_speed = (
+        {v for group in fleet.groups if getattr(group, name) is not None for v in sets[group.name]}
+        for name in ("desired_gap_m", "desired_speed_mps")
+    )
+    if control.desired_gap_m != fleet.gap_m and len(own_gap) < fleet.size:
+        text = f"{trimmed(control.desired_gap_m)} is not fleet.gap_m ({trimmed(fleet.gap_m)}), "
+        text += "at which the fleet starts"
+        text += ", and which the ring keeps on average" if scenario.ring_length_m else ""
+        yield Problem(key="control.desired_gap_m", text=text, related=("fleet.gap_m",))
+    profile = any(event.vehicle == 1 for event in scenario.profiles)
+    scheduled = any(switch.desired_speed_mps is not None for switch in control.schedule)
+    if scenario.road.type == "open" and not profile and not scheduled and 2 not in own_speed:
+        desired_mps = control.desired_speed_mps
+        if desired_mps != fleet.speed_mps:
+            text = f"{trimmed(desired_mps)} is not fleet.speed_mps ({trimmed(fleet.speed_mps)}), "
+            text += "which the first vehicle keeps"
+            related = ("fleet.speed_mps", "road.type")
+            yield Problem(key="control.desired_speed_mps", text=text, related=related)
+
+
+def _groups(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
+    for index, group in enumerate(scenario.fleet.groups):
+        if not sets[group.name]:
+            part = "share" if group.vehicles is None else "vehicles"
+            text = f"nobody of {scenario.fleet.size} vehicles is in this group"
+            yield Problem(key=f"fleet.groups.{index}.{part}", text=text, related=("fleet.size",))
+
+
+def _schedule(scenario: Scenario) -> Iterator[Problem]:
+    end_s = scenario.cycles * scenario.period_ns / NS_PER_S
+    for index, switch in enumerate(scenario.control.schedule):
+        if switch.at_s >= end_s:
+            text = f"{trimmed(switch.at_s)} is not before the end of the run ({trimmed(end_s)} s)"
+            key = f"control.schedule.{index}.at_s"
+            yield Problem(key=key, text=text, related=("duration_s",))

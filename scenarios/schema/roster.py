@@ -1,0 +1,129 @@
+"""What a scenario tells each vehicle: groups and schedule, worked out."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from zenvoy.scenarios.schema.courses import Targets, course
+from zenvoy.scenarios.schema.sets import drawn, members
+
+if TYPE_CHECKING:
+    from zenvoy.scenarios.schema.scenario import Gains, Model, Scenario, Switch
+
+_NS_PER_S = 1_000_000_000
+
+# An entry of the schedule, and for whom it is; None: for all to whom no group gives what changes.
+Entry = tuple["Switch", frozenset[int] | None]
+_GAINS = ("k_d", "k_v", "k_c")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Of one vehicle. phases: each model with the time (ns) from which it is in force.
+
+    Gains, desired gap and desired speed are those of the start; `targets` has them over time.
+    """
+
+    phases: tuple[tuple[int, Model], ...]
+    gains: Gains
+    desired_gap_m: float
+    desired_speed_mps: float
+    beacons: bool
+    targets: Targets
+
+    @property
+    def models(self) -> frozenset[Model]:
+        """Every model it ever runs."""
+        return frozenset(model for _, model in self.phases)
+
+
+@lru_cache(maxsize=4)
+def roster(scenario: Scenario) -> tuple[Settings, ...]:
+    """Settings of vehicles 1..size, in order; the scenario must be a valid one."""
+    sets = group_members(scenario)
+    size = scenario.fleet.size
+    texts = {switch.vehicles for switch in scenario.control.schedule}
+    named = {text: members(text, size, sets) for text in texts if text is not None}
+    entries: list[Entry] = [
+        (switch, None if switch.vehicles is None else named[switch.vehicles])
+        for switch in scenario.control.schedule
+    ]
+    return tuple(_settings(scenario, v, sets, entries) for v in range(1, size + 1))
+
+
+def group_members(scenario: Scenario) -> dict[str, frozenset[int]]:
+    """The vehicles of each group. Raises ValueError where a set cannot be understood."""
+    size = scenario.fleet.size
+    sets: dict[str, frozenset[int]] = {}
+    for group in scenario.fleet.groups:
+        if group.vehicles is not None:
+            sets[group.name] = members(group.vehicles, size, sets)
+        else:
+            sets[group.name] = drawn(group.name, group.share or 0.0, size, scenario.seed)
+    return sets
+
+
+def _settings(
+    scenario: Scenario,
+    vehicle: int,
+    sets: dict[str, frozenset[int]],
+    entries: list[Entry],
+) -> Settings:
+    control = scenario.control
+    # Later groups count, so each setting is the last that is given.
+    mine = [g for g in reversed(scenario.fleet.groups) if vehicle in sets[g.name]]
+    own_model = next((g.model for g in mine if g.model is not None), None)
+    own_gains = next((g.gains for g in mine if g.gains is not None), None)
+    gap_m = next((g.desired_gap_m for g in mine if g.desired_gap_m is not None), None)
+    speed_mps = next((g.desired_speed_mps for g in mine if g.desired_speed_mps is not None), None)
+    gains = control.gains if own_gains is None else own_gains
+    start = {
+        "desired_gap_m": control.desired_gap_m if gap_m is None else gap_m,
+        "desired_speed_mps": control.desired_speed_mps if speed_mps is None else speed_mps,
+        **{name: getattr(gains, name) for name in _GAINS},
+    }
+    of_groups = {
+        *(["model"] if own_model is not None else []),
+        *(["desired_gap_m"] if gap_m is not None else []),
+        *(["desired_speed_mps"] if speed_mps is not None else []),
+        *(_GAINS if own_gains is not None else []),
+    }
+    phases: list[tuple[int, Model]] = [(0, own_model or control.model)]
+    phases += [
+        (round(switch.at_s * _NS_PER_S), switch.model)
+        for switch, whom in entries
+        if switch.model is not None and _concerns(vehicle, whom, "model", of_groups)
+    ]
+    return Settings(
+        phases=tuple(phases),
+        gains=gains,
+        desired_gap_m=start["desired_gap_m"],
+        desired_speed_mps=start["desired_speed_mps"],
+        beacons=all(g.beacons for g in mine),
+        targets=_targets(vehicle, start, entries, of_groups),
+    )
+
+
+def _concerns(
+    vehicle: int, whom: frozenset[int] | None, name: str, of_groups: Container[str]
+) -> bool:
+    return name not in of_groups if whom is None else vehicle in whom
+
+
+def _targets(
+    vehicle: int, start: Mapping[str, float], entries: list[Entry], of_groups: Container[str]
+) -> Targets:
+    changes: dict[str, list[tuple[int, int, float]]] = {name: [] for name in start}
+    for switch, whom in entries:
+        at_ns, ramp_ns = round(switch.at_s * _NS_PER_S), round(switch.ramp_s * _NS_PER_S)
+        for name, value in switch.targets.items():
+            if _concerns(vehicle, whom, name, of_groups):
+                changes[name].append((at_ns, ramp_ns, value))
+    speeds = changes["desired_speed_mps"]
+    return Targets(
+        **{name: course(value, changes[name]) for name, value in start.items()},
+        cruises_ns=speeds[0][0] if speeds else None,
+    )

@@ -1,0 +1,290 @@
+"""What a scenario may say: frozen, typed, with units in the names.
+
+Every field has a default, so a scenario file says only what differs from the paper's setting
+(40 vehicles on a ring of 1500 m, Table IV). Defaults that the paper does not give are decided
+in docs/decisions.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field, model_validator
+
+from zenvoy.scenarios.schema.agreement import refuse_disagreements
+from zenvoy.scenarios.schema.channel import Channel
+from zenvoy.scenarios.schema.events import Brake, Event, Sine, Trace
+from zenvoy.scenarios.schema.inputs import GroupName, VehicleSet, Weights
+from zenvoy.scenarios.schema.section import (
+    LARGEST,
+    NS_PER_MS,
+    NS_PER_S,
+    Fraction,
+    NonNegative,
+    Percent,
+    Positive,
+    Section,
+)
+from zenvoy.scenarios.schema.waits import own_wait_ms
+
+
+def _bumper_schema() -> dict[str, Any]:
+    """What may be given from bumper to bumper, as JSON schema."""
+    return {"type": "number", "exclusiveMinimum": 0, "maximum": LARGEST}
+
+
+def _bumper(front: str, bumper: str) -> Callable[[dict[str, Any]], None]:
+    """Allow `bumper` too: `zenvoy.scenarios.reading.spacing` turns it into `front`."""
+
+    def add(schema: dict[str, Any]) -> None:
+        properties = schema["properties"]
+        keys = list(properties)
+        keys.insert(keys.index(front) + 1, bumper)
+        schema["properties"] = {key: properties.get(key, _bumper_schema()) for key in keys}
+
+    return add
+
+
+_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("gap_m", "bumper_gap_m"))
+_DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "desired_bumper_gap_m"))
+
+Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
+
+
+class Road(Section):
+    """Shape of the road. On the ring its length is fleet.size · fleet.gap_m."""
+
+    type: Literal["ring", "open"] = "ring"
+
+
+class Gains(Section):
+    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures).
+
+    k_c draws the speed to the desired one; below 0 it drives it away, as the paper prints it.
+    """
+
+    k_d: NonNegative = 0.1
+    k_v: NonNegative = 0.5
+    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
+
+
+class Group(Section):
+    """A set of vehicles with settings of its own; null: those of `control`.
+
+    The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. Where groups
+    overlap, the later one counts.
+    """
+
+    model_config = _DESIRED_BUMPER_GAP
+
+    name: GroupName
+    vehicles: VehicleSet | None = None
+    share: Fraction | None = None
+    model: Model | None = None
+    gains: Gains | None = None
+    desired_gap_m: Positive | None = None
+    desired_speed_mps: NonNegative | None = None
+    beacons: bool = True
+
+
+class Fleet(Section):
+    """Vehicles 1..size, evenly spaced at the start; vehicle i follows i - 1."""
+
+    model_config = _BUMPER_GAP
+
+    size: Annotated[int, Field(ge=2, le=10_000)] = 40
+    length_m: Positive = 5.0
+    gap_m: Positive = 37.5
+    speed_mps: NonNegative = 30.0
+    groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is welcome too
+
+
+class GainChanges(Section):
+    """As Gains; null: as before."""
+
+    k_d: NonNegative | None = None
+    k_v: NonNegative | None = None
+    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] | None = None
+
+    @property
+    def given(self) -> dict[str, float]:
+        """Those that change."""
+        return self.model_dump(exclude_none=True)
+
+
+class Switch(Section):
+    """From at_s on, these vehicles have this model, these targets, these gains; null: as before.
+
+    vehicles null: all to which no group gives what changes. Targets and gains, not models, may
+    change evenly over ramp_s.
+    """
+
+    model_config = _DESIRED_BUMPER_GAP
+
+    at_s: NonNegative
+    vehicles: VehicleSet | None = None
+    model: Model | None = None
+    desired_gap_m: Positive | None = None
+    desired_speed_mps: NonNegative | None = None
+    gains: GainChanges | None = None
+    ramp_s: NonNegative = 0.0
+
+    @property
+    def targets(self) -> dict[str, float]:
+        """What changes but for the model, by name: desired_gap_m, desired_speed_mps, k_d, …"""
+        named = {"desired_gap_m": self.desired_gap_m, "desired_speed_mps": self.desired_speed_mps}
+        given = {name: value for name, value in named.items() if value is not None}
+        return given if self.gains is None else given | self.gains.given
+
+
+class MultiNode(Section):
+    """MBCM: how many vehicles on each side count, and their weights c_1 .. c_m, nearest first."""
+
+    neighbours: Annotated[int, Field(ge=1, le=100)] = 3
+    weights: Weights = "least-squares"
+
+
+class Platoon(Section):
+    """CACC: consecutive vehicles in platoons of `size` (null: one of all), led by the first.
+
+    c1 is the weight of the leader against the vehicle ahead, xi the damping ratio and omega_n
+    the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's.
+    """
+
+    size: Annotated[int, Field(ge=2, le=10_000)] | None = None
+    c1: Annotated[float, Field(ge=0, lt=1), Percent] = 0.5
+    xi: Annotated[float, Field(ge=1, le=LARGEST)] = 1.0
+    omega_n: Positive = 0.2
+
+
+class Control(Section):
+    """The control law, its desired state and its timing (DESIGN section 3).
+
+    v2v_wait_ms null: as the technology needs it (`zenvoy.scenarios.schema.waits`).
+    """
+
+    model_config = _DESIRED_BUMPER_GAP
+
+    model: Model = "PBCM"
+    schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
+    gains: Gains = Gains()
+    multi_node: MultiNode = MultiNode()
+    platoon: Platoon = Platoon()
+    neighbour_state: Literal["radar", "position"] = "radar"
+    desired_gap_m: Positive = 37.5
+    desired_speed_mps: NonNegative = 30.0
+    acceleration_limit_mps2: Positive = 3.0
+    v2v_wait_ms: NonNegative | None = None  # in a valid scenario never None
+    system_delay_ms: NonNegative = 89.0
+    beacon_age_limit_ms: Positive = 1000.0
+
+
+class Sensors(Section):
+    """Reading errors: gaps and absolute speeds are multiplied by 1 + e, e within ±error."""
+
+    error: Annotated[float, Field(ge=0, lt=1), Percent] = 0.1
+    distribution: Literal["uniform", "gaussian"] = "uniform"
+    position_std_m: NonNegative = 0.0
+
+    @property
+    def error_std(self) -> float:
+        """Standard deviation of the error as a fraction; the same for both distributions."""
+        return self.error / 3**0.5
+
+
+class Estimator(Section):
+    """The filters of links and own speed; process noise as the std. deviation of an acceleration.
+
+    On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
+    """
+
+    kind: Literal["kalman", "ekf", "ukf"] = "kalman"
+    acceleration_std_mps2: Positive = 0.5
+
+
+class Beacons(Section):
+    """When vehicles that beacon do so: in every cycle, in every n-th (in turn), or as CAMs.
+
+    etsi-cam: ETSI EN 302 637-2, after 4 m or 0.5 m/s, 100 to 1000 ms apart.
+    """
+
+    rule: Literal["every-cycle", "every-nth", "etsi-cam"] = "every-cycle"
+    every: Annotated[int, Field(ge=1, le=1000)] = 1
+
+
+def _extends_in_front(schema: dict[str, Any]) -> None:
+    """Allow `extends`: `zenvoy.scenarios.reading.extends` merges in the file that it names."""
+    schema["properties"] = {"extends": {"type": "string"}, **schema["properties"]}
+
+
+class Scenario(Section):
+    """A whole experiment."""
+
+    model_config = ConfigDict(json_schema_extra=_extends_in_front)
+
+    description: str = ""
+    duration_s: Positive = 500.0
+    period_ms: Annotated[float, Field(ge=1, le=10_000)] = 100.0
+    clock: Literal["lock-step", "realtime"] = "lock-step"
+    speed: Annotated[float, Field(ge=0.1, le=10)] = 1.0
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    stall_limit_s: Positive = 10.0
+    on_collision: Literal["continue", "stop"] = "continue"
+    road: Road = Road()
+    fleet: Fleet = Fleet()
+    control: Control = Control()
+    beacons: Beacons = Beacons()
+    sensors: Sensors = Sensors()
+    estimator: Estimator = Estimator()
+    channel: Channel = Channel()
+    events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is welcome too
+
+    @model_validator(mode="after")
+    def _sections_agree(self) -> Scenario:
+        if self.control.v2v_wait_ms is None:
+            told = {"v2v_wait_ms": own_wait_ms(self)}
+            # The one value that depends on another section; nobody has seen this scenario yet.
+            object.__setattr__(self, "control", self.control.model_copy(update=told))
+        refuse_disagreements(self)
+        return self
+
+    @property
+    def brakes(self) -> tuple[Brake, ...]:
+        """The events that are brakes."""
+        return tuple(event for event in self.events if isinstance(event, Brake))
+
+    @property
+    def profiles(self) -> tuple[Sine | Trace, ...]:
+        """The events that give a vehicle a speed to follow."""
+        return tuple(event for event in self.events if not isinstance(event, Brake))
+
+    @property
+    def period_ns(self) -> int:
+        """Length of a control cycle, ns."""
+        return round(self.period_ms * NS_PER_MS)
+
+    @property
+    def v2v_wait_ns(self) -> int:
+        """How long after t_k a vehicle waits for the channel, ns."""
+        return round((self.control.v2v_wait_ms or 0.0) * NS_PER_MS)
+
+    @property
+    def system_delay_ns(self) -> int:
+        """From the decision to its effect, ns."""
+        return round(self.control.system_delay_ms * NS_PER_MS)
+
+    @property
+    def beacon_age_limit_ns(self) -> int:
+        """Age past which a neighbour's data are not used any more, ns."""
+        return round(self.control.beacon_age_limit_ms * NS_PER_MS)
+
+    @property
+    def cycles(self) -> int:
+        """Number of control cycles; cycle k starts at k · period."""
+        return max(1, round(self.duration_s * NS_PER_S) // self.period_ns)
+
+    @property
+    def ring_length_m(self) -> float | None:
+        """Length of the ring, m; None on the open road."""
+        return self.fleet.size * self.fleet.gap_m if self.road.type == "ring" else None

@@ -1,0 +1,80 @@
+"""What a scenario may say of how the file of a trace is to be read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, Final
+
+from zenvoy.scenarios.schema.units import SPEEDS, TIMES, unit_named
+from zenvoy.scenarios.wording import shown, trimmed
+
+TIME_WORDS: Final = ("as-given", "from-first")
+
+
+def trace_file_schema() -> dict[str, dict[str, Any]]:
+    """The options as JSON schema, for messages and the reference."""
+    return {
+        "file": {"type": "string"},
+        "column": {"type": "string"},
+        "time_column": {"type": "string"},
+        "unit": {"enum": list(SPEEDS)},
+        "time_unit": {"enum": list(TIMES)},
+        "time": {"enum": list(TIME_WORDS)},
+        "where": {"type": "object"},
+    }
+
+
+def _name(value: object) -> str:
+    """A column's name; one that is a number in YAML is a text all the same."""
+    if isinstance(value, str | int) and not isinstance(value, bool):
+        return str(value)
+    raise ValueError(f"{shown(value)} is not text, the name of a column")
+
+
+def _unit(value: object) -> str:
+    return _one_of(value, SPEEDS)
+
+
+def _time_unit(value: object) -> str:
+    return _one_of(value, TIMES)
+
+
+def _one_of(value: object, units: Mapping[str, object]) -> str:
+    unit = unit_named(value, units) if isinstance(value, str) else None
+    if unit is None:
+        raise ValueError(f"{shown(value)} is not one of {', '.join(units)}")
+    return unit
+
+
+def _time(value: object) -> str:
+    if value not in TIME_WORDS:
+        raise ValueError(f"{shown(value)} is not one of {', '.join(TIME_WORDS)}")
+    return str(value)
+
+
+def _where(value: object) -> dict[str, str]:
+    if not isinstance(value, dict) or not all(map(_is_cell, value.values())):
+        raise ValueError(f"{shown(value)} is not a mapping from columns to values")
+    return {str(name): _cell(cell) for name, cell in value.items()}
+
+
+def _is_cell(value: object) -> bool:
+    return isinstance(value, str | int | float) and not isinstance(value, bool)
+
+
+def _cell(value: str | int | float) -> str:
+    return value.strip() if isinstance(value, str) else trimmed(value)
+
+
+# By name of the option: what makes its value of what is given, or raises ValueError.
+READERS: Final[Mapping[str, Callable[[object], Any]]] = MappingProxyType(
+    {
+        "column": _name,
+        "time_column": _name,
+        "unit": _unit,
+        "time_unit": _time_unit,
+        "time": _time,
+        "where": _where,
+    }
+)
