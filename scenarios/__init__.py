@@ -27,6 +27,7 @@ from zenvoy.scenarios.schema.channel import (
     SenderOffset,
     TechnologyName,
 )
+from zenvoy.scenarios.schema.control_laws import parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
@@ -98,6 +99,7 @@ __all__ = [
     "group_members",
     "load",
     "members",
+    "parameters_of",
     "read_trace",
     "roster",
 ]

@@ -13,9 +13,10 @@ import pytest
 
 ROOT: Final = Path(__file__).parents[1]
 
-BELOW: Final = {"bus", "scenarios"}
+BELOW: Final = {"bus", "laws", "scenarios"}
 MAY_IMPORT: Final[dict[str, set[str]]] = {
-    "scenarios": set(),
+    "laws": set(),
+    "scenarios": {"laws"},
     "bus": set(),
     "vehicles": BELOW,
     "channel": BELOW,

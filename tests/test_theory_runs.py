@@ -13,7 +13,8 @@ from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.stability import response
 from zenvoy.analysis.theory.chain import frequency_response
 from zenvoy.analysis.theory.disturbed import Disturbed, disturbed
-from zenvoy.analysis.theory.laws import FM, is_string_stable, peak_gain, transfer
+from zenvoy.analysis.theory.laws import FM, Coupling, is_string_stable, peak_gain, transfer
+from zenvoy.analysis.theory.of_run import theory_of
 from zenvoy.analysis.theory.ring import slowest_mode
 from zenvoy.analysis.theory.ring_modes import ModeRow, measured_modes
 from zenvoy.scenarios import Gains
@@ -207,3 +208,16 @@ def test_fm_grows_on_the_ring_as_theory_says(tmp_path: Path) -> None:
     assert measured is not None
     assert measured.rate == pytest.approx(fastest.rate, rel=0.01)
     assert measured.omega == pytest.approx(fastest.omega, rel=0.01)
+
+
+def test_a_chain_that_is_cut_short_has_the_weights_that_the_vehicles_use(tmp_path: Path) -> None:
+    """Of weights 0.5, 0.3, 0.2, a vehicle with one neighbour on each side uses 1."""
+    text = """
+    duration_s: 3
+    road: {type: open}
+    fleet: {size: 4}
+    control: {model: MBCM, multi_node: {neighbours: 3, weights: [0.5, 0.3, 0.2]}}
+    """
+    run = load(write_log(tmp_path / "run.mcap", text))
+    members = theory_of(run, 1.0, 3.0).members
+    assert members[1].coupling == members[2].coupling == Coupling((1.0,), (1.0,))

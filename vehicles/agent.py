@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -11,13 +10,13 @@ from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, Topic, vehicle_name
-from zenvoy.scenarios import Scenario, Settings, roster
+from zenvoy.laws import Relative, Setpoint
+from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.beaconing import beaconing
-from zenvoy.vehicles.controllers import Law, PlatoonLaw
-from zenvoy.vehicles.decision import Place, Predicted, View, decide
+from zenvoy.vehicles.control import FOLLOWING, controllers
+from zenvoy.vehicles.decision import Aim, Controller, Position, Predicted, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.neighbours import neighbours
-from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState
 
 _NAN: Final = float("nan")
@@ -41,17 +40,21 @@ class VehicleAgent:
         settings = roster(scenario)[vehicle - 1]
         self.vehicle, self.vehicles = vehicle, (vehicle,)
         self.name = vehicle_name(vehicle, scenario.fleet.size)
-        self._phases = list(settings.phases)
-        self._place = _place(scenario, vehicle)
+        self._phases = controllers(scenario, settings)
+        every = [controller for _, controller in self._phases]
+        self._position = _position(scenario, vehicle)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         self._targets = settings.targets
-        self._law = _law(scenario, settings)
+        self._limit = scenario.control.acceleration_limit_mps2
+        self._constant: Aim | None = None  # where the schedule changes nothing
+        if not self._targets.change:
+            self._constant = self._aim_at(0)
         self._tells = settings.beacons
         self._beaconing = beaconing(scenario, vehicle)
-        self._estimates = "PBCM" in settings.models
-        self._counts_neighbours = "MBCM" in settings.models
-        self._neighbours = neighbours(scenario, vehicle, settings)
+        self._estimates = any(one.law.needs.prediction for one in every)
+        self._counts_neighbours = any(one.law.needs.sides for one in every)
+        self._neighbours = neighbours(scenario, vehicle, every)
         self._known = Knowledge(scenario, self._neighbours, self._estimates)
         self._cycle = 0
         self._senses = True
@@ -117,9 +120,9 @@ class VehicleAgent:
         """Command for the instant at which it takes effect, and what it was based on."""
         known, effective_ns = self._known, now_ns + self._delay_ns
         predicted = known.predict(effective_ns) if self._estimates else None
-        model = self._model_at(now_ns)
-        law = self._law_at(now_ns)
-        decision = decide(model, self._place, self._view(model, now_ns), predicted, law)
+        controller = self._controller_at(now_ns)
+        view = self._view(controller, now_ns)
+        decision = decide(controller, self._position, view, predicted, self._aim_at(now_ns))
         known.command(effective_ns, decision.acceleration)
         values = (
             self._cycle,
@@ -137,37 +140,40 @@ class VehicleAgent:
             return _COMMAND_OF_MANY.encode(*values, decision.neighbours)
         return _COMMAND.encode(*values)
 
-    def _model_at(self, now_ns: int) -> str:
-        """The model in force; the leader of a platoon has nobody to cooperate with, and follows."""
+    def _controller_at(self, now_ns: int) -> Controller:
+        """The controller in force; a leader has nobody to cooperate with, and follows."""
         while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
             del self._phases[0]
-        model = self._phases[0][1]
-        return "FM" if model == "CACC" and self._neighbours.leader == self.vehicle else model
+        controller = self._phases[0][1]
+        leads = controller.law.needs.leader and self._neighbours.leader == self.vehicle
+        return FOLLOWING if leads else controller
 
-    def _law_at(self, now_ns: int) -> Law:
-        """The law with the targets of the schedule."""
+    def _aim_at(self, now_ns: int) -> Aim:
+        """What the schedule wants now."""
+        if self._constant is not None:
+            return self._constant
         targets = self._targets
-        if not targets.change:
-            return self._law
         cruises = targets.cruises_ns is not None and targets.cruises_ns <= now_ns
-        return replace(
-            self._law,
+        setpoint = Setpoint(
             k_d=targets.k_d.at(now_ns),
             k_v=targets.k_v.at(now_ns),
             k_c=targets.k_c.at(now_ns),
             p_des=targets.desired_gap_m.at(now_ns),
             v_des=targets.desired_speed_mps.at(now_ns),
-            cruise=targets.desired_speed_mps.rate(now_ns) if cruises else None,
         )
+        cruise = targets.desired_speed_mps.rate(now_ns) if cruises else None
+        return Aim(setpoint, self._limit, cruise)
 
-    def _view(self, model: str, now_ns: int) -> View:
-        """What there is to decide on, as far as the model looks at it."""
-        known, view = self._known, self._known.read(now_ns)
-        if model == "MBCM":
-            return view._replace(sides=known.sides(now_ns))
-        if model == "CACC":
-            told = known.radio.told(self._neighbours.ahead[0]) if self._neighbours.ahead else None
-            return view._replace(told=told, leader=known.radio.told(self._neighbours.leader))
+    def _view(self, controller: Controller, now_ns: int) -> View:
+        """What there is to decide on, as far as the law looks at it."""
+        known, view, needs = self._known, self._known.read(now_ns), controller.law.needs
+        if needs.sides:
+            m = controller.law.sides(controller.parameters)
+            view = view._replace(sides=known.sides(now_ns)[:m])
+        if needs.predecessor and self._neighbours.ahead:
+            view = view._replace(predecessor=known.radio.motion_of(self._neighbours.ahead[0]))
+        if needs.leader:
+            view = view._replace(leader=known.radio.motion_of(self._neighbours.leader))
         return view
 
     def _speeds(self, predicted: Predicted | None) -> tuple[float, ...]:
@@ -177,26 +183,10 @@ class VehicleAgent:
         return (speed.estimate, speed.std, predicted.speed)
 
 
-def _law(scenario: Scenario, settings: Settings) -> Law:
-    control, gains = scenario.control, settings.gains
-    return Law(
-        k_d=gains.k_d,
-        k_v=gains.k_v,
-        k_c=gains.k_c,
-        p_des=settings.desired_gap_m,
-        v_des=settings.desired_speed_mps,
-        a_max=control.acceleration_limit_mps2,
-        weights=control.multi_node.weights,
-        platoon=PlatoonLaw(
-            c1=control.platoon.c1, xi=control.platoon.xi, omega_n=control.platoon.omega_n
-        ),
-    )
-
-
-def _place(scenario: Scenario, vehicle: int) -> Place:
+def _position(scenario: Scenario, vehicle: int) -> Position:
     if scenario.road.type == "ring":
-        return Place.MIDDLE
-    return {1: Place.FIRST, scenario.fleet.size: Place.LAST}.get(vehicle, Place.MIDDLE)
+        return Position.MIDDLE
+    return {1: Position.FIRST, scenario.fleet.size: Position.LAST}.get(vehicle, Position.MIDDLE)
 
 
 def _told(link: LinkState, predicted: Relative | None) -> tuple[float, ...]:

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum, auto
-from typing import NamedTuple
+from math import isfinite
+from typing import Any, Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.vehicles.controllers import (
-    Law,
-    Told,
-    bilateral,
-    cooperative,
-    cruising,
-    following,
-    limited,
-    multi_node,
-    multi_node_weights,
-)
-from zenvoy.vehicles.relative import Relative
+from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, clipped, law_of
+from zenvoy.laws.errors import LawError, raised
+from zenvoy.laws.law import SILENT
+
+_FOLLOWING: Final = law_of("FM").acceleration
 
 
-class Place(Enum):
-    """Where a vehicle stands; on the ring everyone is in the middle."""
+class Position(Enum):
+    """Where a vehicle stands in the fleet; on the ring everyone is in the middle."""
 
     FIRST = auto()
     MIDDLE = auto()
@@ -32,9 +28,9 @@ class View(NamedTuple):
     """What there is to decide on; None (or nothing) where it is missing or too old.
 
     radar: the own one's reading; ahead, behind: states of both links, by radar or by positions;
-    speed: the own one, m/s. sides: for MBCM, the states to the j-th vehicle ahead and behind,
-    j = 1..m, as far as the chain reaches on both sides. told, leader: what the vehicle ahead and
-    the leader of the platoon say of themselves.
+    speed: the own one, m/s. sides: the states to the j-th vehicle ahead and behind, j = 1..m, as
+    far as the chain reaches on both sides. predecessor, leader: what the vehicle ahead and the
+    leader of the platoon report of themselves.
     """
 
     radar: Relative | None
@@ -42,8 +38,8 @@ class View(NamedTuple):
     behind: Relative | None
     speed: float
     sides: tuple[tuple[Relative, Relative], ...] = ()
-    told: Told | None = None
-    leader: Told | None = None
+    predecessor: Motion | None = None
+    leader: Motion | None = None
 
 
 class Predicted(NamedTuple):
@@ -54,74 +50,142 @@ class Predicted(NamedTuple):
     speed: float
 
 
+class Aim(NamedTuple):
+    """What a vehicle is to reach, and within which acceleration (m/s²).
+
+    cruise: how fast (m/s²) the desired speed of one who has nobody ahead changes; None: it keeps
+    its speed.
+    """
+
+    setpoint: Setpoint
+    limit: float
+    cruise: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Controller:
+    """A law with its parameters, and the number that stands for it in the log."""
+
+    law: Law
+    parameters: Any
+    mode: int
+
+
 class Decision(NamedTuple):
-    """Acceleration (m/s²), within the limit, the mode behind it, and MBCM's m (0: not MBCM)."""
+    """Acceleration (m/s²), within the limit, and the mode behind it.
+
+    neighbours: how many vehicles on each side counted (0: the law looks at none). logged, state:
+    what the law returned beside the acceleration.
+    """
 
     acceleration: float
-    mode: pb.Mode.ValueType
+    mode: int
     neighbours: int = 0
+    logged: tuple[float, ...] = ()
+    state: tuple[float, ...] | None = None
 
 
-def decide(model: str, place: Place, read: View, predicted: Predicted | None, law: Law) -> Decision:
-    """Acceleration for a vehicle that runs `model`.
+def decide(
+    controller: Controller,
+    position: Position,
+    read: View,
+    predicted: Predicted | None,
+    aim: Aim,
+    state: tuple[float, ...] | None = None,
+    period_s: float = 0.0,
+    uniform: Callable[[int], float] = lambda _: 0.0,
+) -> Decision:
+    """Acceleration for a vehicle under a controller. Raises LawError.
 
-    Where what the model needs of others is missing, it falls back to FM on the own radar. The
-    ends of the open road follow paper Eq. 5: the first keeps its speed unless the schedule gives
-    it one, the last has nobody behind and follows. `predicted` is for PBCM alone.
+    Where what the law needs of others is missing, the vehicle falls back to FM on its own radar.
+    The ends of the open road follow paper Eq. 5: the first keeps its speed unless the schedule
+    gives it one, the last has nobody behind and follows. `state` is what the law's last decision
+    left, None where it takes over.
     """
-    if place is Place.FIRST:
-        speed = predicted.speed if predicted is not None and model == "PBCM" else read.speed
-        return Decision(limited(cruising(speed, law), law), pb.MODE_CONSTANT_SPEED)
+    law = controller.law
+    seen = predicted if predicted is not None and law.needs.prediction else read
+    if position is Position.FIRST:
+        return Decision(clipped(cruising(seen.speed, aim), aim.limit), pb.MODE_CONSTANT_SPEED)
     if read.radar is None:
         return Decision(0.0, pb.MODE_CONSTANT_SPEED)
-    if model == "FM":
-        decision = _follow(read.ahead, read.speed, pb.MODE_FM, law)
-    elif model == "CACC":
-        decision = _cooperate(read, law)
-    elif model == "MBCM" and place is Place.MIDDLE:
-        decision = _balance_many(read, law)
-    else:
-        decision = _balance(model, place, read, predicted, law)
-    if decision is None:
-        a = limited(following(read.radar, read.speed, law), law)
-        return Decision(a, pb.MODE_FALLBACK_FM)
-    return decision
+    if seen.ahead is not None and position is Position.LAST and law.two_sided():
+        return _follow(seen.ahead, seen.speed, aim, controller.mode)
+    observation = _observed(law, position, read, seen, aim.setpoint)
+    if observation is None:
+        return _follow(read.radar, read.speed, aim, pb.MODE_FALLBACK_FM)
+    observation = observation._replace(
+        state=law.state if state is None else state, period_s=period_s, uniform=uniform
+    )
+    output = _applied(controller, observation)
+    return Decision(
+        clipped(output.acceleration, aim.limit),
+        controller.mode,
+        len(observation.sides),
+        output.logged,
+        output.state,
+    )
 
 
-def _follow(
-    ahead: Relative | None, speed: float, mode: pb.Mode.ValueType, law: Law
-) -> Decision | None:
-    if ahead is None:
+def cruising(v: float, aim: Aim) -> float:
+    """Acceleration of a vehicle with nobody ahead, m/s².
+
+    0, as the paper's Eq. 5 has it; or, once it has been given a desired speed, what is left of
+    FM, with the rate of that speed fed forward, so that a ramp is followed whatever k_c is.
+    """
+    setpoint = aim.setpoint
+    return 0.0 if aim.cruise is None else aim.cruise + setpoint.k_c * (setpoint.v_des - v)
+
+
+def _follow(ahead: Relative, speed: float, aim: Aim, mode: int) -> Decision:
+    acceleration = _FOLLOWING(Observation(speed, aim.setpoint, ahead), None)
+    return Decision(clipped(acceleration, aim.limit), mode)
+
+
+def _observed(
+    law: Law, position: Position, read: View, seen: View | Predicted, setpoint: Setpoint
+) -> Observation | None:
+    """What the law is given to decide on; None where something that it needs is missing."""
+    needs = law.needs
+    if seen.ahead is None or (position is Position.LAST and law.two_sided()):
         return None
-    return Decision(limited(following(ahead, speed, law), law), mode)
+    observation = Observation(seen.speed, setpoint, seen.ahead)
+    if needs.behind:
+        if read.behind is None or seen.behind is None:
+            return None
+        observation = observation._replace(behind=seen.behind)
+    if needs.sides:
+        if not read.sides:
+            return None
+        observation = observation._replace(sides=read.sides)
+    if needs.predecessor or needs.leader:
+        return _with_reports(observation, needs.predecessor, needs.leader, read)
+    return observation
 
 
-def _balance(
-    model: str, place: Place, read: View, predicted: Predicted | None, law: Law
-) -> Decision | None:
-    """BCM, PBCM on what is predicted, and the last of the open road under any bilateral model."""
-    mode = _MODES[model]
-    view = predicted if predicted is not None and model == "PBCM" else read
-    if place is Place.LAST:
-        return _follow(view.ahead, view.speed, mode, law)
-    if read.behind is None or view.ahead is None or view.behind is None:
+def _with_reports(
+    observation: Observation, predecessor: bool, leader: bool, read: View
+) -> Observation | None:
+    if (predecessor and read.predecessor is None) or (leader and read.leader is None):
         return None
-    return Decision(limited(bilateral(view.ahead, view.behind, view.speed, law), law), mode)
+    return observation._replace(
+        predecessor=(read.predecessor if predecessor else None) or SILENT,
+        leader=(read.leader if leader else None) or SILENT,
+    )
 
 
-def _balance_many(read: View, law: Law) -> Decision | None:
-    m = len(read.sides)
-    if m == 0:
-        return None
-    a = multi_node(read.sides, multi_node_weights(law.weights, m), read.speed, law)
-    return Decision(limited(a, law), pb.MODE_MBCM, m)
-
-
-def _cooperate(read: View, law: Law) -> Decision | None:
-    if read.ahead is None or read.told is None or read.leader is None:
-        return None
-    a = cooperative(read.ahead, read.told, read.leader, read.speed, law)
-    return Decision(limited(a, law), pb.MODE_CACC)
-
-
-_MODES = {"BCM": pb.MODE_BCM, "MBCM": pb.MODE_MBCM, "PBCM": pb.MODE_PBCM}
+def _applied(controller: Controller, observation: Observation) -> Output:
+    """What the law returns, checked. Raises LawError."""
+    law = controller.law
+    try:
+        returned = law.acceleration(observation, controller.parameters)
+    except Exception as error:  # a law may be anybody's code
+        raise raised(law.name, error) from error
+    output = returned if isinstance(returned, Output) else Output(returned)
+    numbers = (output.acceleration, *output.logged, *output.state)
+    try:
+        finite = all(map(isfinite, numbers[:1] if law.columns else numbers))
+    except (TypeError, ValueError):
+        finite = False
+    if not finite:
+        raise LawError(f"law {law.name} returned {output.acceleration!r}, which is no acceleration")
+    return output

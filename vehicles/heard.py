@@ -9,7 +9,7 @@ from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.checks import is_sane
-from zenvoy.vehicles.relative import Relative
+from zenvoy.laws import Relative
 
 
 class Heard(NamedTuple):

@@ -7,6 +7,7 @@ from copy import copy
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
@@ -15,7 +16,6 @@ from zenvoy.vehicles.heard import Heard, radar_in
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.radio import Radio
-from zenvoy.vehicles.relative import Relative
 from zenvoy.vehicles.state import LinkState, SpeedState
 
 # A reading of the own acceleration that differs by more contradicts the commands, m/s².

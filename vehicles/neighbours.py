@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from zenvoy.scenarios import Scenario, Settings
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.decision import Controller
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,10 +29,11 @@ class Neighbours:
         return frozenset({*self.ahead, *self.behind, self.leader} - {0})
 
 
-def neighbours(scenario: Scenario, vehicle: int, settings: Settings) -> Neighbours:
-    """Those of `vehicle`, as many as the models it ever runs look at."""
+def neighbours(scenario: Scenario, vehicle: int, controllers: Iterable[Controller]) -> Neighbours:
+    """Return those of `vehicle`, as many as the controllers it ever has look at."""
+    each = tuple(controllers)
     size, length_m = scenario.fleet.size, scenario.ring_length_m
-    m = scenario.control.multi_node.neighbours if "MBCM" in settings.models else 1
+    m = max(1, *(one.law.sides(one.parameters) for one in each))
     steps = range(1, m + 1)
     if length_m is None:
         ahead = [vehicle - j for j in steps if vehicle - j >= 1]
@@ -44,7 +47,7 @@ def neighbours(scenario: Scenario, vehicle: int, settings: Settings) -> Neighbou
         behind=tuple(behind),
         seam_ahead=tuple(seam if other > vehicle else 0.0 for other in ahead),
         seam_behind=tuple(seam if other < vehicle else 0.0 for other in behind),
-        leader=_leader(scenario, vehicle) if "CACC" in settings.models else 0,
+        leader=_leader(scenario, vehicle) if any(one.law.needs.leader for one in each) else 0,
     )
 
 

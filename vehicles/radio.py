@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from operator import attrgetter
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.vehicles.controllers import Told
+from zenvoy.laws import Motion, Relative
 from zenvoy.vehicles.heard import Heard, understood
 from zenvoy.vehicles.neighbours import Neighbours
-from zenvoy.vehicles.relative import Relative
 
 
 class Radio:
@@ -50,13 +49,13 @@ class Radio:
             return None
         return heard
 
-    def told(self, vehicle: int) -> Told | None:
-        """What a vehicle says of its motion: speed, and the acceleration in force."""
+    def motion_of(self, vehicle: int) -> Motion | None:
+        """Return what a vehicle reports of its motion: speed, and the acceleration in force."""
         beacon = self.fresh(vehicle)
         if beacon is None:
             return None
         plan = beacon.planned_acceleration
-        return Told(beacon.speed, plan[0] if plan else beacon.acceleration)
+        return Motion(beacon.speed, plan[0] if plan else beacon.acceleration)
 
     def radar_of(self, vehicle: int) -> Relative | None:
         """A vehicle's own radar reading."""

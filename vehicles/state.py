@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
+from zenvoy.laws import Relative
 from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.motion import Motion
-from zenvoy.vehicles.relative import Relative
 
 # Missed periods after which a link starts anew rather than be predicted through the gap.
 _GIVE_UP_PERIODS: Final = 100

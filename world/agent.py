@@ -15,6 +15,7 @@ from zenvoy.bus.checks import flaw_of_command, flaw_of_links
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.packed import tag
 from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH, Topic
+from zenvoy.laws import law_of
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
@@ -50,7 +51,9 @@ class WorldAgent:
         self._fleet = Fleet(scenario)
         self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
         self._chronicle = Chronicle(scenario)
-        self._counts_neighbours = any("MBCM" in told.models for told in roster(scenario))
+        self._counts_neighbours = any(
+            law_of(model).needs.sides for told in roster(scenario) for model in told.models
+        )
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         delay_ns = self._wait_ns + self._delay_ns
         self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)

@@ -10,14 +10,10 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-# Okabe and Ito's palette. The same model has the same colour in every figure.
-MODEL_COLOURS: Final = {
-    "FM": "#000000",
-    "BCM": "#D55E00",
-    "MBCM": "#009E73",
-    "PBCM": "#0072B2",
-    "CACC": "#E69F00",
-}
+from zenvoy.laws import builtin
+
+# Okabe and Ito's palette. The same law has the same colour in every figure.
+MODEL_COLOURS: Final = {name: law.colour or "#999999" for name, law in builtin().items()}
 TRUE: Final = "#000000"
 MEASURED: Final = "#56B4E9"
 ESTIMATED: Final = "#D55E00"

@@ -35,16 +35,6 @@ def mbcm(weights: Sequence[float]) -> Coupling:
     return Coupling(tuple(weights), tuple(weights))
 
 
-def weights_of(kind: str | tuple[float, ...], m: int) -> tuple[float, ...]:
-    """MBCM's c_1 .. c_m: `least-squares` j² / Σ l², `uniform` 1/m, or the first m of a list."""
-    if kind == "uniform":
-        return (1.0 / m,) * m
-    if isinstance(kind, str):
-        total = sum(j * j for j in range(1, m + 1))
-        return tuple(j * j / total for j in range(1, m + 1))
-    return kind[:m]
-
-
 class Peak(NamedTuple):
     """Largest gain over frequency, and where it is, rad/s (0: nowhere above 1)."""
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.theory.chain import Member, open_road
-from zenvoy.analysis.theory.laws import BCM, FM, Coupling, mbcm, total_delay_s, weights_of
+from zenvoy.analysis.theory.laws import Coupling, total_delay_s
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import Gains, Targets, roster
+from zenvoy.laws import Law, Setpoint, builtin, law_of
+from zenvoy.scenarios import Gains, Targets, parameters_of, roster
 
 Rows = NDArray[np.int64]
 
@@ -60,44 +61,55 @@ def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
 
 def _prevailing(mode: NDArray[np.uint32]) -> tuple[list[int], float]:
     """Most frequent mode of each vehicle, and the share of time in which it was another one."""
-    counts = np.stack([np.bincount(column, minlength=8) for column in mode.T])
+    most = int(mode.max(initial=0)) + 1
+    counts = np.stack([np.bincount(column, minlength=most) for column in mode.T])
     return counts.argmax(axis=1).tolist(), 1.0 - float(counts.max(axis=1).sum() / mode.size)
 
 
 def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
     scenario = run.scenario
-    predicts = mode == pb.MODE_PBCM
-    return Member(
-        _coupling(run, vehicle, mode, rows),
-        _gains(roster(scenario)[vehicle].targets, float(run.estimate["time_ns"][rows[0]])),
-        total_delay_s(scenario.control, scenario.period_ms, predicts=predicts),
+    setpoint = _setpoint(roster(scenario)[vehicle].targets, float(run.estimate["time_ns"][rows[0]]))
+    gains = Gains(k_d=setpoint.k_d, k_v=setpoint.k_v, k_c=setpoint.k_c)
+    law = _law(vehicle, mode)
+    predicts = law is not None and law.needs.prediction
+    delay_s = total_delay_s(scenario.control, scenario.period_ms, predicts=predicts)
+    if law is None:
+        return Member(None, gains, delay_s)
+    m = 0
+    if law.needs.sides:  # as many as it mostly found; none at the end of a road, where FM acts
+        m = int(np.bincount(run.estimate["neighbours"][rows, vehicle]).argmax())
+        law = law if m else law_of("FM")
+    if law.linear is None:
+        raise NoTheoryError(
+            f"vehicle {vehicle + 1} was under {law.name}, of which it knows nothing."
+        )
+    linear = law.linear(parameters_of(scenario.control, law), setpoint, m)
+    coupling = Coupling(linear.ahead, linear.behind)
+    return Member(coupling, Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c), delay_s)
+
+
+def _setpoint(targets: Targets, time_ns: float) -> Setpoint:
+    """What is wanted at a time."""
+    at_ns = int(time_ns)
+    return Setpoint(
+        k_d=targets.k_d.at(at_ns),
+        k_v=targets.k_v.at(at_ns),
+        k_c=targets.k_c.at(at_ns),
+        p_des=targets.desired_gap_m.at(at_ns),
+        v_des=targets.desired_speed_mps.at(at_ns),
     )
 
 
-def _gains(targets: Targets, time_ns: float) -> Gains:
-    """Those in force at a time."""
-    at_ns = int(time_ns)
-    return Gains(k_d=targets.k_d.at(at_ns), k_v=targets.k_v.at(at_ns), k_c=targets.k_c.at(at_ns))
-
-
-def _coupling(run: Run, vehicle: int, mode: int, rows: Rows) -> Coupling | None:
+def _law(vehicle: int, mode: int) -> Law | None:
+    """The law behind a mode; None for one that keeps its speed. Raises NoTheoryError."""
     if mode == pb.MODE_CONSTANT_SPEED:
         return None
-    if mode in {pb.MODE_FM, pb.MODE_FALLBACK_FM}:
-        return FM
-    if mode in {pb.MODE_BCM, pb.MODE_PBCM}:
-        return BCM
-    if mode != pb.MODE_MBCM:
-        name = pb.Mode.DESCRIPTOR.values_by_number[mode].name.removeprefix("MODE_")
-        raise NoTheoryError(f"vehicle {vehicle + 1} was under {name}, of which it knows nothing.")
-    return _multi_node(run, vehicle, rows)
-
-
-def _multi_node(run: Run, vehicle: int, rows: Rows) -> Coupling:
-    """MBCM with as many neighbours as it mostly found on both sides; at the end of a road, FM."""
-    found = run.estimate["neighbours"][rows, vehicle]
-    m = int(np.bincount(found).argmax())
-    return mbcm(weights_of(run.scenario.control.multi_node.weights, m)) if m else FM
+    if mode == pb.MODE_FALLBACK_FM:
+        return law_of("FM")
+    for law in builtin().values():
+        if law.mode == mode:
+            return law
+    raise NoTheoryError(f"vehicle {vehicle + 1} was in mode {mode}, of which it knows nothing.")
 
 
 def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]:
@@ -115,13 +127,16 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
         caveats.append(
             "The schedule changes gains in that time; the theory takes those at its beginning."
         )
-    if pb.MODE_PBCM in modes and run.scenario.sensors.error > 0.0:
+    laws = [law for mode in set(modes) if (law := _law(0, mode)) is not None]
+    foresee = sorted(law.name for law in laws if law.needs.prediction)
+    if foresee and run.scenario.sensors.error > 0.0:
         caveats.append(
-            "PBCM: the theory is of a prediction that is right, without the filter's own dynamics."
+            f"{', '.join(foresee)}: the theory is of a prediction that is right, without the "
+            "filter's own dynamics."
         )
     age_ns = run.estimate["age_ns"][rows]
     known = age_ns[age_ns >= 0]
-    two_sided = {pb.MODE_BCM, pb.MODE_MBCM} & set(modes)
+    two_sided = any(law.two_sided() and not law.needs.prediction for law in laws)
     if two_sided and known.size and known.mean() > _STALE * run.scenario.period_ns:
         caveats.append(
             f"The data of the vehicle behind are {known.mean() * 1e-6:.0f} ms old on average when "

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from zenvoy.laws import find, law_of
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
+from zenvoy.scenarios.schema.control_laws import parameters_of
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
@@ -69,13 +71,19 @@ def _ring(scenario: Scenario) -> Iterator[Problem]:
     """On the ring nobody may be ahead and behind at once."""
     if scenario.road.type != "ring":
         return
-    needs = {"BCM": 3, "PBCM": 3, "MBCM": 2 * scenario.control.multi_node.neighbours + 1}
-    wanted = [(needs.get(model, 0), key, model) for key, model in _models(scenario)]
+    wanted = [(_smallest_ring(scenario, model), key, model) for key, model in _models(scenario)]
     need, key, model = max(wanted, key=lambda want: want[0])
     if scenario.fleet.size < need:
         text = f"{scenario.fleet.size} is not at least {need}, which {model} needs on the ring"
-        related = (key, "road.type", "control.multi_node.neighbours")
-        yield Problem(key="fleet.size", text=text, related=related[: 3 if model == "MBCM" else 2])
+        law = law_of(model)
+        sides = (f"control.{law.section}.{law.needs.sides}",) if law.section else ()
+        yield Problem(key="fleet.size", text=text, related=(key, "road.type", *sides))
+
+
+def _smallest_ring(scenario: Scenario, model: str) -> int:
+    """How many vehicles the law of a model needs on a ring; 0 where its code is not known here."""
+    law = find(model)
+    return 0 if law is None else law.smallest_ring(parameters_of(scenario.control, law))
 
 
 def _models(scenario: Scenario) -> Iterator[tuple[str, str]]:

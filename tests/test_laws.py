@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.vehicles.controllers import (
-    Law,
-    PlatoonLaw,
-    Told,
-    bilateral,
-    cooperative,
-    following,
-    limited,
-    multi_node,
-    multi_node_weights,
-)
-from zenvoy.vehicles.relative import Relative
+from zenvoy.laws import Motion, Observation, Relative, Setpoint, clipped
+from zenvoy.laws.library import bcm, cacc, fm, mbcm
 
-LAW = Law(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0, a_max=3.0)
+WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
 REST = Relative(37.5, 0.0)
+
+
+def following(ahead: Relative, v: float, setpoint: Setpoint = WANTED) -> float:
+    return float(fm.following(Observation(v, setpoint, ahead)))
+
+
+def bilateral(ahead: Relative, behind: Relative, v: float, setpoint: Setpoint = WANTED) -> float:
+    return float(bcm.bilateral(Observation(v, setpoint, ahead, behind)))
+
+
+def multi_node(
+    sides: tuple[tuple[Relative, Relative], ...], own: mbcm.Parameters, v: float
+) -> float:
+    return float(mbcm.multi_node(Observation(v, WANTED, sides=sides), own))
+
+
+def cooperative(
+    ahead: Relative, predecessor: Motion, leader: Motion, v: float, own: cacc.Parameters
+) -> float:
+    seen = Observation(v, WANTED, ahead, predecessor=predecessor, leader=leader)
+    return float(cacc.cooperative(seen, own))
 
 
 @pytest.mark.parametrize(
@@ -36,7 +46,7 @@ REST = Relative(37.5, 0.0)
     ],
 )
 def test_following(ahead: Relative, v: float, a: float) -> None:
-    assert following(ahead, v, LAW) == pytest.approx(a, abs=1e-12)
+    assert following(ahead, v) == pytest.approx(a, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -49,21 +59,21 @@ def test_following(ahead: Relative, v: float, a: float) -> None:
     ],
 )
 def test_bilateral(ahead: Relative, behind: Relative, v: float, a: float) -> None:
-    assert bilateral(ahead, behind, v, LAW) == pytest.approx(a, abs=1e-12)
+    assert bilateral(ahead, behind, v) == pytest.approx(a, abs=1e-12)
 
 
 def test_nothing_to_do_in_equilibrium() -> None:
-    assert following(REST, 30.0, LAW) == 0.0
-    assert bilateral(REST, REST, 30.0, LAW) == 0.0
+    assert following(REST, 30.0) == 0.0
+    assert bilateral(REST, REST, 30.0) == 0.0
     # The bilateral law has no desired gap: any two equal ones will do.
-    assert bilateral(Relative(12.0, 1.5), Relative(12.0, 1.5), 30.0, LAW) == 0.0
+    assert bilateral(Relative(12.0, 1.5), Relative(12.0, 1.5), 30.0) == 0.0
 
 
 @given(st.floats(0.0, 60.0), st.floats(0.001, 1.0))
 def test_speeds_are_drawn_to_the_desired_one(v: float, k_c: float) -> None:
     """The paper's k_c (v - v_des) would drive them away from it."""
-    law = replace(LAW, k_c=k_c)
-    for a in (following(REST, v, law), bilateral(REST, REST, v, law)):
+    wanted = WANTED._replace(k_c=k_c)
+    for a in (following(REST, v, wanted), bilateral(REST, REST, v, wanted)):
         assert a == pytest.approx(k_c * (30.0 - v), abs=1e-12)
         assert (a > 0.0) == (v < 30.0)
 
@@ -72,8 +82,8 @@ def test_speeds_are_drawn_to_the_desired_one(v: float, k_c: float) -> None:
     ("a", "within"), [(2.9, 2.9), (3.1, 3.0), (-3.1, -3.0), (-0.5, -0.5), (1e9, 3.0)]
 )
 def test_limit(a: float, within: float) -> None:
-    assert limited(a, LAW) == within
-    assert limited(a, replace(LAW, a_max=0.4)) == max(-0.4, min(0.4, a))
+    assert clipped(a, 3.0) == within
+    assert clipped(a, 0.4) == max(-0.4, min(0.4, a))
 
 
 # --- MBCM ---
@@ -91,12 +101,12 @@ def test_limit(a: float, within: float) -> None:
     ],
 )
 def test_weights(kind: str | tuple[float, ...], m: int, weights: tuple[float, ...]) -> None:
-    assert multi_node_weights(kind, m) == pytest.approx(weights, abs=1e-15)
+    assert mbcm.weights_of(kind, m) == pytest.approx(weights, abs=1e-15)
 
 
 @given(st.sampled_from(["least-squares", "uniform"]), st.integers(1, 100))
 def test_weights_by_name_sum_to_one(kind: str, m: int) -> None:
-    assert math.fsum(multi_node_weights(kind, m)) == pytest.approx(1.0, abs=1e-12)
+    assert math.fsum(mbcm.weights_of(kind, m)) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_multi_node() -> None:
@@ -105,7 +115,7 @@ def test_multi_node() -> None:
         (Relative(70.0, 0.0), Relative(80.0, 2.0)),  # -1 - 1 = -2
     )
     # 0.2 · 1 + 0.8 · -2 + 0.05 · 10
-    assert multi_node(sides, (0.2, 0.8), 20.0, LAW) == pytest.approx(-0.9, abs=1e-12)
+    assert multi_node(sides, mbcm.Parameters(2, (0.2, 0.8)), 20.0) == pytest.approx(-0.9, abs=1e-12)
 
 
 @given(st.floats(1, 100), st.floats(-5, 5), st.floats(1, 100), st.floats(-5, 5), st.floats(0, 40))
@@ -113,13 +123,13 @@ def test_multi_node_of_one_is_bilateral(
     p: float, v: float, p_behind: float, v_behind: float, own: float
 ) -> None:
     ahead, behind = Relative(p, v), Relative(p_behind, v_behind)
-    one = multi_node([(ahead, behind)], multi_node_weights("least-squares", 1), own, LAW)
-    assert one == pytest.approx(bilateral(ahead, behind, own, LAW), abs=1e-9)
+    one = multi_node(((ahead, behind),), mbcm.Parameters(1), own)
+    assert one == pytest.approx(bilateral(ahead, behind, own), abs=1e-9)
 
 
 # --- CACC ---
 
-STEADY = Told(30.0, 0.0)
+STEADY = Motion(30.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -127,20 +137,20 @@ STEADY = Told(30.0, 0.0)
     [
         (REST, STEADY, STEADY, 30.0, 0.0),
         # c1 = 0.5, xi = 1, omega_n = 0.2: alphas 0.5, 0.5, -0.3, -0.1, -0.04 (Plexe)
-        (REST, Told(30.0, 1.0), STEADY, 30.0, 0.5),
-        (REST, STEADY, Told(30.0, -2.0), 30.0, -1.0),
+        (REST, Motion(30.0, 1.0), STEADY, 30.0, 0.5),
+        (REST, STEADY, Motion(30.0, -2.0), 30.0, -1.0),
         (Relative(37.5, 2.0), STEADY, STEADY, 30.0, 0.6),
-        (REST, STEADY, Told(28.0, 0.0), 30.0, -0.2),
+        (REST, STEADY, Motion(28.0, 0.0), 30.0, -0.2),
         (Relative(47.5, 0.0), STEADY, STEADY, 30.0, 0.4),
     ],
 )
-def test_cooperative(ahead: Relative, told: Told, leader: Told, v: float, a: float) -> None:
-    assert cooperative(ahead, told, leader, v, LAW) == pytest.approx(a, abs=1e-12)
+def test_cooperative(ahead: Relative, told: Motion, leader: Motion, v: float, a: float) -> None:
+    assert cooperative(ahead, told, leader, v, cacc.Parameters()) == pytest.approx(a, abs=1e-12)
 
 
 def test_cooperative_with_more_damping() -> None:
-    law = replace(LAW, platoon=PlatoonLaw(c1=0.25, xi=1.25, omega_n=0.4))
+    law = cacc.Parameters(c1=0.25, xi=1.25, omega_n=0.4)
     # xi + sqrt(xi² - 1) = 2: alpha_3 = -(2.5 - 0.5) 0.4 = -0.8, alpha_4 = -0.25 · 2 · 0.4 = -0.2
     ahead = Relative(38.5, 1.0)
-    a = cooperative(ahead, Told(0.0, 0.4), Told(29.0, 0.8), 30.0, law)
+    a = cooperative(ahead, Motion(0.0, 0.4), Motion(29.0, 0.8), 30.0, law)
     assert a == pytest.approx(0.75 * 0.4 + 0.25 * 0.8 + 0.8 - 0.2 + 0.16, abs=1e-12)

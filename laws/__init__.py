@@ -1,0 +1,41 @@
+"""How a vehicle decides: the record of a law, and the laws that come with Zenvoy."""
+
+from __future__ import annotations
+
+from zenvoy.laws.arithmetic import clipped, larger, root, smaller, where
+from zenvoy.laws.law import (
+    Column,
+    Law,
+    Linear,
+    Needs,
+    NoParameters,
+    Observation,
+    Output,
+    Setpoint,
+)
+from zenvoy.laws.relative import Motion, Number, Relative
+from zenvoy.laws.table import bring, builtin, find, law_of, parameters_from
+
+__all__ = [
+    "Column",
+    "Law",
+    "Linear",
+    "Motion",
+    "Needs",
+    "NoParameters",
+    "Number",
+    "Observation",
+    "Output",
+    "Relative",
+    "Setpoint",
+    "bring",
+    "builtin",
+    "clipped",
+    "find",
+    "larger",
+    "law_of",
+    "parameters_from",
+    "root",
+    "smaller",
+    "where",
+]

@@ -1,0 +1,50 @@
+"""Choices and roots that serve floats and arrays alike, with the same bits.
+
+A law runs on floats in a vehicle's process, and on arrays over seeds and vehicles in studies. An
+`if` on an array is an error; these functions take either. Sums and products need no help. The last
+bit of a transcendental function depends on the processor, so there is none here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from zenvoy.laws.relative import Number
+
+_SCALARS = (float, int)
+
+
+def where(condition: Number, chosen: Number, otherwise: Number) -> Number:
+    """Return `chosen` where the condition holds, else `otherwise`. Both are evaluated."""
+    if isinstance(condition, np.ndarray):
+        return np.where(condition, chosen, otherwise)
+    return chosen if condition else otherwise
+
+
+def smaller(a: Number, b: Number) -> Number:
+    """Return the smaller of both; NaN if one of them is NaN."""
+    if isinstance(a, _SCALARS) and isinstance(b, _SCALARS):
+        return a if a < b or a != a else b  # noqa: PLR0124  # NaN alone differs from itself
+    return np.minimum(a, b)
+
+
+def larger(a: Number, b: Number) -> Number:
+    """Return the larger of both; NaN if one of them is NaN."""
+    if isinstance(a, _SCALARS) and isinstance(b, _SCALARS):
+        return a if a > b or a != a else b  # noqa: PLR0124  # NaN alone differs from itself
+    return np.maximum(a, b)
+
+
+def clipped(value: Number, limit: Number) -> Number:
+    """Return the value within ±limit."""
+    return larger(-limit, smaller(limit, value))
+
+
+def root(value: Number) -> Number:
+    """Return the square root, which IEEE 754 rounds correctly; NaN below 0."""
+    if isinstance(value, _SCALARS):
+        return math.sqrt(value) if value >= 0.0 else math.nan
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(value)

@@ -1,0 +1,144 @@
+"""The record of a control law: everything that the rest of Zenvoy asks about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+from zenvoy.laws.relative import Motion, Number, Relative
+
+NAN: Final = float("nan")
+UNKNOWN: Final = Relative(NAN, NAN)
+SILENT: Final = Motion(NAN, NAN)
+
+
+class Setpoint(NamedTuple):
+    """What the scenario wants of a vehicle now.
+
+    Gains k_d (s⁻²), k_v and k_c (s⁻¹), desired gap p_des from front to front (m), desired speed
+    v_des (m/s). The schedule may change each of them.
+    """
+
+    k_d: Number
+    k_v: Number
+    k_c: Number
+    p_des: Number
+    v_des: Number
+
+
+class Observation(NamedTuple):
+    """What a law decides on, at one decision.
+
+    speed: own speed, m/s. ahead, behind: states of the links to the vehicle ahead and to the one
+    behind. sides: for j = 1..m, the states to the j-th vehicle ahead and to the j-th behind, each
+    over the whole distance. predecessor, leader: what the vehicle ahead and the leader of the
+    platoon report of themselves. state: what the law returned as its state at the decision before.
+    period_s: the time from one decision to the next, s. uniform: `uniform(k)` is the k-th random
+    number in [0, 1) of this vehicle and cycle; it depends on the seed and on nothing else.
+
+    Only what the law declares in `needs` is there; everything else is NaN or empty.
+    """
+
+    speed: Number
+    setpoint: Setpoint
+    ahead: Relative = UNKNOWN
+    behind: Relative = UNKNOWN
+    sides: tuple[tuple[Relative, Relative], ...] = ()
+    predecessor: Motion = SILENT
+    leader: Motion = SILENT
+    state: tuple[Number, ...] = ()
+    period_s: float = NAN
+    uniform: Callable[[int], Number] = lambda _: NAN
+
+
+class Output(NamedTuple):
+    """What a law returns if it has more to say than an acceleration (m/s²).
+
+    logged: a number for each of the law's columns. state: its state at the next decision.
+    """
+
+    acceleration: Number
+    logged: tuple[Number, ...] = ()
+    state: tuple[Number, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Needs:
+    """What a law needs to decide; where it is missing or too old, the vehicle falls back to FM.
+
+    behind: the link to the vehicle behind, which only V2V tells. sides: how many vehicles on each
+    side, as a number or as the name of the parameter that says it. predecessor, leader: what these
+    report of their motion. prediction: links and own speed are estimated by filters, and predicted
+    to the instant at which the command takes effect. The link ahead is always there.
+    """
+
+    behind: bool = False
+    sides: int | str = 0
+    predecessor: bool = False
+    leader: bool = False
+    prediction: bool = False
+
+
+class Linear(NamedTuple):
+    """A law near its equilibrium: Σ_j w_j (k_d Δp_j + k_v Δv_j) - k_c v over its neighbours.
+
+    ahead, behind: weights of the neighbours on each side, nearest first. Gains in s⁻², s⁻¹, s⁻¹.
+    """
+
+    ahead: tuple[float, ...]
+    behind: tuple[float, ...]
+    k_d: float
+    k_v: float
+    k_c: float
+
+
+class Column(NamedTuple):
+    """A value that a law logs: its name, and its unit ("" where it has none)."""
+
+    name: str
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class NoParameters:
+    """A law without parameters of its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """A control law, by which a vehicle decides.
+
+    name: as a scenario, a log and a report call it. acceleration: the law itself, a function of an
+    Observation and of its parameters that returns an acceleration in m/s², or an Output. It reads
+    no clock and no global state. parameters: a frozen dataclass with defaults; its annotations say
+    what `control.parameters` may hold. section: the section of `control` that holds them instead.
+    mode: its number in a log; None where the run gives it one. colour: of its curves, `#RRGGBB`.
+    linear: the law near its equilibrium, from its parameters, the setpoint and the number of
+    vehicles found on each side; None where linear theory has nothing to say.
+    """
+
+    name: str
+    acceleration: Callable[[Observation, Any], Any]
+    parameters: type = NoParameters
+    section: str | None = None
+    needs: Needs = Needs()
+    columns: tuple[Column, ...] = ()
+    state: tuple[float, ...] = ()
+    mode: int | None = None
+    colour: str | None = None
+    linear: Callable[[Any, Setpoint, int], Linear] | None = None
+    version: str = ""
+
+    def sides(self, parameters: Any) -> int:
+        """Return how many vehicles on each side count."""
+        sides = self.needs.sides
+        return int(getattr(parameters, sides)) if isinstance(sides, str) else sides
+
+    def two_sided(self) -> bool:
+        """Return whether the law looks behind."""
+        return self.needs.behind or self.needs.sides != 0
+
+    def smallest_ring(self, parameters: Any) -> int:
+        """Return how many vehicles a ring needs, so that nobody is ahead and behind at once."""
+        return 2 * max(self.sides(parameters), int(self.needs.behind)) + 1

@@ -1,0 +1,15 @@
+"""PBCM, predictive bilateral control: BCM on states predicted to the command's effect (Eq. 8)."""
+
+from __future__ import annotations
+
+from zenvoy.laws.law import Law, Needs
+from zenvoy.laws.library.bcm import bilateral, linear
+
+LAW = Law(
+    name="PBCM",
+    acceleration=bilateral,
+    needs=Needs(behind=True, prediction=True),
+    mode=5,
+    colour="#0072B2",
+    linear=linear,
+)

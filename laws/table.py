@@ -1,0 +1,49 @@
+"""The laws by name: those of the library, and those that a scenario has brought along."""
+
+from __future__ import annotations
+
+import pkgutil
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import cache
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+from zenvoy.laws import library
+from zenvoy.laws.law import Law
+
+_brought: dict[str, Law] = {}
+
+
+@cache
+def builtin() -> Mapping[str, Law]:
+    """Return the laws that come with Zenvoy, by name, in order of their modes."""
+    names = [module.name for module in pkgutil.iter_modules(library.__path__)]
+    laws: list[Law] = [import_module(f"{library.__name__}.{name}").LAW for name in names]
+    laws.sort(key=lambda law: (law.mode is None, law.mode or 0, law.name))
+    return MappingProxyType({law.name: law for law in laws})
+
+
+def bring(reference: str, law: Law) -> None:
+    """Make a law known in this process, and in those that it forks, by its reference."""
+    _brought[reference] = law
+
+
+def find(reference: str) -> Law | None:
+    """Return the law of a name or reference; None where no code of it is known here."""
+    return builtin().get(reference) or _brought.get(reference)
+
+
+def law_of(reference: str) -> Law:
+    """Return the law of a reference that is known here; raises KeyError."""
+    law = find(reference)
+    if law is None:
+        raise KeyError(reference)
+    return law
+
+
+def parameters_from(law: Law, section: object) -> Any:
+    """Return the law's parameters, read by name from an object that has them."""
+    names = [one.name for one in fields(law.parameters)]
+    return law.parameters(**{name: getattr(section, name) for name in names})
