@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import platform
-import struct
-import sys
 import threading
 from collections.abc import Sequence
 from typing import Final
@@ -32,9 +28,6 @@ _LIVE: Final[dict[str, object]] = {
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,  # µs
 }
 
-_PR_SET_TIMERSLACK: Final = 29
-_SCHED_SETATTR: Final = {"x86_64": 314, "aarch64": 274}
-_SLICE_NS: Final = 100_000  # the shortest that Linux gives
 _GIVES_WAY: Final = 5  # a third of the weight
 
 
@@ -71,11 +64,6 @@ def open_session(
     return zenoh.open(config)
 
 
-def prefer_throughput() -> None:
-    """Ask the scheduler for long turns (SCHED_BATCH, unprivileged): fewer switches per cycle."""
-    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-
-
 def give_way() -> None:
     """Let world and channel go first, and Zenoh's threads, which say when a message came.
 
@@ -84,19 +72,3 @@ def give_way() -> None:
     thread = threading.get_native_id()
     nice = os.getpriority(os.PRIO_PROCESS, thread)
     os.setpriority(os.PRIO_PROCESS, thread, min(19, nice + _GIVES_WAY))
-
-
-def prefer_latency() -> None:
-    """Ask to be woken at once, for short turns; unprivileged, and nothing where it is not offered.
-
-    Timers fire on time instead of up to 50 µs later, the scheduler (Linux 6.12 and later) takes
-    short turns first, and a thread of Python waits for another one 0.5 ms at the most.
-    """
-    libc = ctypes.CDLL(None, use_errno=True)
-    libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
-    number = _SCHED_SETATTR.get(platform.machine())
-    if number is not None:  # struct sched_attr: size, policy, flags, nice, priority, runtime, …
-        nice = os.getpriority(os.PRIO_PROCESS, 0)
-        attributes = struct.pack("=IIQiIQQQ", 48, os.SCHED_OTHER, 0, nice, 0, _SLICE_NS, 0, 0)
-        libc.syscall(number, 0, attributes, 0)
-    sys.setswitchinterval(0.0005)

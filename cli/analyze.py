@@ -12,7 +12,6 @@ from zenvoy.analysis.chapters.contents import chapters
 from zenvoy.analysis.chapters.overview import overview_section
 from zenvoy.analysis.compare.comparison import Compared, comparison_page
 from zenvoy.analysis.log.arrays import LogError
-from zenvoy.analysis.log.cells import utf8
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.summary import summary_of
 from zenvoy.analysis.page.drawing import drawn
@@ -20,12 +19,12 @@ from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.page.html import Page, render
 from zenvoy.analysis.page.report import report_page
 from zenvoy.bus.clock import stamp
+from zenvoy.bus.text import utf8
+from zenvoy.cli import exits
 from zenvoy.cli.labels import LabelError, labels_for
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.sections import print_section
-from zenvoy.cli.terminal import interruptible
-
-_OK, _FAILED, _BAD_INPUT = 0, 1, 2
+from zenvoy.fleet.requests import interruptible
 
 
 class OutError(Exception):
@@ -51,7 +50,7 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
             return leave(page, "report.html", folder, console, errors, tell)
     except (LogError, OutError) as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
 
 
 def compare(
@@ -80,7 +79,7 @@ def compare(
             return leave(page, "compare.html", folder, console, errors, tell)
     except (LogError, OutError, LabelError) as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
 
 
 def _with_motion(log: Path) -> Run:
@@ -142,11 +141,11 @@ def leave(
     tell()
     if failure is not None:
         errors.print(f"{folder}: cannot be written to: {failure}")
-        return _FAILED
+        return exits.FAILED
     console.print()
     for path in _paths(folder, files):
         console.print(path, soft_wrap=True)
-    return _OK
+    return exits.OK
 
 
 def _paths(folder: Path, files: Iterable[str]) -> list[str]:

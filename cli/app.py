@@ -18,10 +18,13 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from zenvoy.cli import exits
 from zenvoy.cli.log_commands import COMMANDS
 from zenvoy.cli.streams import settle
-from zenvoy.cli.terminal import EXIT_FAILED, console, errors, interruptible, refuse
+from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.cli.usage import App
+from zenvoy.fleet.engine import Engine
+from zenvoy.fleet.requests import interruptible
 from zenvoy.scenarios import (
     Control,
     Loaded,
@@ -47,6 +50,11 @@ class Bus(StrEnum):
 
     ZENOH = "zenoh"
     IN_PROCESS = "in-process"
+
+
+def engine_of(bus: Bus) -> Engine:
+    """Return what the option says."""
+    return "processes" if bus is Bus.ZENOH else "in-process"
 
 
 def _begun(text: str) -> list[str]:
@@ -137,7 +145,7 @@ def run(
             "--without, --listen and --vehicles-per-process are for processes: "
             f"--bus {Bus.ZENOH.value}"
         )
-    from zenvoy.cli.guests import GuestsError, guests
+    from zenvoy.fleet.guests import GuestsError, guests
 
     try:
         others = guests(without or (), listen or (), loaded.scenario.fleet.size)
@@ -147,7 +155,7 @@ def run(
     from zenvoy.cli.execute import execute
 
     with interruptible():
-        code = execute(loaded, out, bus.value, console, errors, others, per_process)
+        code = execute(loaded, out, engine_of(bus), console, errors, others, per_process)
     raise typer.Exit(code)
 
 
@@ -288,7 +296,7 @@ def reproduce(
     from zenvoy.cli.reproduce import reproduce
 
     with _studying(duration_s, out, runs) as at_a_time:
-        reproduce(seeds, jobs or at_a_time, bus.value, out, runs, duration_s, console)
+        reproduce(seeds, jobs or at_a_time, engine_of(bus), out, runs, duration_s, console)
 
 
 @app.command()
@@ -329,7 +337,7 @@ def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
             yield len(os.sched_getaffinity(0))
     except (StudyError, OSError) as error:
         errors.print(f"the study cannot go on: {error}")
-        raise typer.Exit(EXIT_FAILED) from error
+        raise typer.Exit(exits.FAILED) from error
 
 
 def _load(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 from rich.console import Console
@@ -14,11 +13,10 @@ from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
 from zenvoy.channel.rehearsal import rehearse
+from zenvoy.cli import exits
 from zenvoy.cli.analyze import OutError, folder_for, leave
 from zenvoy.cli.sections import print_section
 from zenvoy.scenarios import Loaded, effective_yaml
-
-_BAD_INPUT: Final = 2
 
 
 def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console) -> int:
@@ -27,7 +25,7 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
         folder = folder_for(Path("runs") / f"{stamp()}-channel" if out is None else out)
     except OutError as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     section = v2v_section(_drawn(loaded))
 
     def tell() -> None:

@@ -12,8 +12,8 @@ import sys
 from types import FrameType
 from typing import NoReturn
 
-_FAILED, _INTERRUPTED = 1, 130
-_REQUESTS_TO_END = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from zenvoy.cli import exits
+from zenvoy.fleet.requests import REQUESTS_TO_END
 
 
 def main() -> NoReturn:
@@ -31,30 +31,30 @@ def main() -> NoReturn:
     code = outcome(app)
     _leave_on_request()
     code = streams.settle(code)
-    for number in _REQUESTS_TO_END:  # too late: the interpreter tidies up, without its handlers
+    for number in REQUESTS_TO_END:  # too late: the interpreter tidies up, without its handlers
         signal.signal(number, signal.SIG_IGN)
     sys.exit(code)
 
 
 def _require_memory() -> None:
-    from zenvoy.cli.limits import LimitError, require_memory
+    from zenvoy.fleet.limits import LimitError, require_memory
 
     try:
         require_memory()
     except LimitError as error:
         print(error, file=sys.stderr, flush=True)
-        os._exit(_FAILED)
+        os._exit(exits.FAILED)
 
 
 def _leave_on_request() -> None:
     """End at once, and without a word, as long as there is nothing to tidy up."""
-    for number in _REQUESTS_TO_END:
+    for number in REQUESTS_TO_END:
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's, or a shell's for its jobs
             signal.signal(number, _leave)
 
 
 def _leave(_signal: int, _frame: FrameType | None) -> None:
-    os._exit(_INTERRUPTED)
+    os._exit(exits.INTERRUPTED)
 
 
 def _speak_utf8() -> None:

@@ -9,22 +9,23 @@ from shlex import quote
 from rich.console import Console
 
 from zenvoy.analysis.log.arrays import LogError, as_json
-from zenvoy.analysis.log.cells import utf8
 from zenvoy.analysis.measures.summary import summarize
-from zenvoy.cli.ends import Death, want_of
-from zenvoy.cli.guests import NO_GUESTS, Guests
+from zenvoy.bus.text import utf8
+from zenvoy.cli import exits
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
-from zenvoy.cli.run import FolderError, Interrupted, make_folder, run_in_process, run_on_zenoh
-from zenvoy.scenarios import Loaded, effective_json
-
-_OK, _FAILED, _BAD_INPUT, _PROCESS_LOST, _INTERRUPTED = 0, 1, 2, 3, 130
+from zenvoy.fleet.ends import Death, want_of
+from zenvoy.fleet.engine import Engine
+from zenvoy.fleet.folder import FolderError, make_folder
+from zenvoy.fleet.guests import NO_GUESTS, Guests
+from zenvoy.fleet.run import LOG, Interrupted, Watch, run
+from zenvoy.scenarios import Loaded
 
 
 def execute(
     loaded: Loaded,
     out: Path | None,
-    bus: str,
+    engine: Engine,
     console: Console,
     errors: Console,
     guests: Guests = NO_GUESTS,
@@ -35,35 +36,38 @@ def execute(
         folder = make_folder(out, loaded.name)
     except FolderError as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     for vehicle in sorted(guests.without):
         join = f"zenvoy vehicle --id {vehicle} --run {quote(str(folder))}"
         console.print(
             f"without vehicle {vehicle}; to join: {join}", highlight=False, soft_wrap=True
         )
     death: Death | None = None
-    code = _OK
+    code = exits.OK
+    goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
     try:
-        (folder / "effective.json").write_bytes(utf8(effective_json(loaded.scenario)))
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
-            if bus == "zenoh":
-                goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
-                death = run_on_zenoh(loaded, folder, progress, goes_on, guests, per_process)
-                code = _OK if death is None else death.code
-            else:
-                run_in_process(loaded, folder, progress)
+            watch = Watch(on_progress=progress.show, on_loss=goes_on)
+            death = run(loaded, folder, engine, watch, guests=guests, per_process=per_process)
     except Interrupted as interrupted:
         errors.print(str(interrupted))
-        code = _INTERRUPTED
+        code = exits.INTERRUPTED
     except OSError as error:  # a full disk, too few processes or file descriptors
         errors.print(f"the run cannot go on: {want_of(error)}")
-        code = _FAILED
+        code = exits.FAILED
     if death is not None:
+        code = _code_of(death)
         _tell_of(death, errors, "" if code else "; its part was done, and the run is complete")
-    if (folder / "run.mcap").exists() and not _summarize(folder, console, errors):
-        code = code or _FAILED
+    if (folder / LOG).exists() and not _summarize(folder, console, errors):
+        code = code or exits.FAILED
     console.print(f"in {folder}", highlight=False, soft_wrap=True)
     return code
+
+
+def _code_of(death: Death) -> int:
+    if death.complete:
+        return exits.OK
+    return exits.FAILED if death.refused else exits.PROCESS_LOST
 
 
 def _tell_of(death: Death, errors: Console, then: str = "") -> None:
@@ -75,7 +79,7 @@ def _tell_of(death: Death, errors: Console, then: str = "") -> None:
 def _summarize(folder: Path, console: Console, errors: Console) -> bool:
     """Leave the summary of the run and print it; whether that could be done."""
     try:
-        summary = summarize(folder / "run.mcap")
+        summary = summarize(folder / LOG)
     except LogError as error:
         errors.print(f"no summary: {error}")
         return False

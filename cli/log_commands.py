@@ -11,7 +11,9 @@ from typing import Annotated
 
 import typer
 
-from zenvoy.cli.terminal import EXIT_FAILED, console, errors, interruptible, refuse
+from zenvoy.cli import exits
+from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.fleet.requests import interruptible
 
 
 class Form(StrEnum):
@@ -45,7 +47,7 @@ def info(
     if verify:
         print_checks(console, facts.checks)
         if any(check.holds is False for check in facts.checks):
-            raise typer.Exit(EXIT_FAILED)
+            raise typer.Exit(exits.FAILED)
 
 
 def analyze(

@@ -6,23 +6,22 @@ from types import TracebackType
 from typing import Final, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
 
-from zenvoy.bus import messages_pb2 as pb
 from zenvoy.cli.terminal import visible
+from zenvoy.fleet.progress import Progress
 
-_LINE_EVERY_NS: Final = 5_000_000_000
+_LINE_EVERY_S: Final = 5.0
 
 
 class RunProgress:
-    """Told of clock messages, now and then; use as a context."""
+    """Shows progress, now and then; use as a context."""
 
     def __init__(self, console: Console, name: str, duration_s: float) -> None:
         self._console = console
-        self._duration_s = duration_s
-        self._said_ns = 0
-        self._buffer = b""
-        self._bar = Progress(
+        self._said_s = 0.0
+        self._bar = Bar(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.completed:.1f} of {task.total:g} s"),
@@ -45,24 +44,12 @@ class RunProgress:
     ) -> None:
         self._bar.stop()
 
-    def feed(self, data: bytes) -> None:
-        """Take clock messages as they come down a pipe, each behind its length."""
-        self._buffer += data
-        while len(self._buffer) >= 4:
-            size = int.from_bytes(self._buffer[:4], "little")
-            if len(self._buffer) < 4 + size:
-                return
-            clock = pb.Clock.FromString(self._buffer[4 : 4 + size])
-            self._buffer = self._buffer[4 + size :]
-            self.show(clock)
-
-    def show(self, clock: pb.Clock) -> None:
-        """Show one clock message."""
-        simulated_s, factor = clock.time_ns * 1e-9, clock.real_time_factor
-        left_s = (self._duration_s - simulated_s) / factor if factor > 0.0 else 0.0
-        pace = f"{factor:.1f} × real time, {left_s:.0f} s left"
+    def show(self, progress: Progress) -> None:
+        """Show how far the run is."""
+        pace = f"{progress.real_time_factor:.1f} × real time, {progress.left_s:.0f} s left"
         if self._console.is_terminal:
-            self._bar.update(self._task, completed=simulated_s, pace=pace)
-        elif clock.wall_ns - self._said_ns >= _LINE_EVERY_NS:
-            self._said_ns = clock.wall_ns
-            self._console.print(f"{simulated_s:.1f} of {self._duration_s:g} s, {pace}")
+            self._bar.update(self._task, completed=progress.time_s, pace=pace)
+        elif progress.wall_s - self._said_s >= _LINE_EVERY_S:
+            self._said_s = progress.wall_s
+            text = f"{progress.time_s:.1f} of {progress.duration_s:g} s, {pace}"
+            self._console.print(text)

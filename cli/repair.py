@@ -8,8 +8,7 @@ from rich.console import Console
 
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.log.repair import RepairError, repair
-
-_OK, _FAILED, _BAD_INPUT = 0, 1, 2
+from zenvoy.cli import exits
 
 
 def repair_log(
@@ -20,16 +19,16 @@ def repair_log(
         repaired = repair(log, out, salvage=salvage)
     except LogError as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     except RepairError as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     except OSError as error:
         errors.print(f"the repaired log cannot be written: {error.strerror or error}")
-        return _FAILED
+        return exits.FAILED
     if repaired is None:
         console.print(f"{log}: whole; there is nothing to repair", soft_wrap=True)
-        return _OK
+        return exits.OK
     for fault in repaired.found:
         errors.print(f"{log}: {fault}")
     for fault in repaired.facts.faults:
@@ -38,4 +37,4 @@ def repair_log(
     gap = "" if facts.result.get("end") != "damaged" else " before the first gap"
     text = f"{repaired.path}: {facts.read_s:g} s of {facts.duration_s:g} s{gap}"
     console.print(text, soft_wrap=True)
-    return _OK
+    return exits.OK

@@ -22,6 +22,7 @@ from zenvoy.analysis.paper.reproduction import (
     sheets,
 )
 from zenvoy.cli.study import Cell, Study
+from zenvoy.fleet.engine import Engine
 
 _CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
 _OPEN_SEEDS: Final = 5  # the open road is told beside the ring, with fewer seeds
@@ -73,7 +74,7 @@ def _old_positions(seeds: int, duration_s: float | None) -> Iterator[tuple[str, 
 def reproduce(
     seeds: int,
     jobs: int,
-    bus: str,
+    engine: Engine,
     out: Path,
     runs: Path,
     duration_s: float | None,
@@ -86,7 +87,7 @@ def reproduce(
     cells = plan(seeds, duration_s)
     study = Study(
         folder=runs,
-        bus=bus,
+        engine=engine,
         jobs=jobs,
         tell=lambda text: console.print(text, highlight=False, soft_wrap=True),
     )
@@ -97,7 +98,9 @@ def reproduce(
         runs={label: tuple(digests[cell] for cell in of_label) for label, of_label in cells.items()}
     )
     out.mkdir(parents=True, exist_ok=True)
-    command = f"zenvoy reproduce --seeds {seeds} --bus {bus}"
+    command = (
+        f"zenvoy reproduce --seeds {seeds} --bus {'zenoh' if engine == 'processes' else engine}"
+    )
     if duration_s is not None:
         command += f" --duration-s {duration_s:g}"
     for path in write_whole(out, _files(evidence, command, digests)):

@@ -14,10 +14,10 @@ import select
 import sys
 from typing import TYPE_CHECKING, Final, TextIO
 
+from zenvoy.cli import exits
+
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
-
-EXIT_UNWRITTEN: Final = 1
 
 _REPLACED: Final = "zenvoy.replaced"
 # Signs of our own, for terminals that have none of them. All others are told by their number.
@@ -74,7 +74,7 @@ def install() -> None:
 
 
 def settle(code: int) -> int:
-    """Write out what is left to write; `code`, or EXIT_UNWRITTEN where all went well but this.
+    """Write out what is left to write; `code`, or 1 where all went well but this.
 
     A pipe that its reader has closed is no failure: the reader has had enough.
     """
@@ -85,7 +85,7 @@ def settle(code: int) -> int:
         failure = _failure(sys.stderr)
     else:
         sys.stderr.flush()
-    return EXIT_UNWRITTEN if failure is not None and code == 0 else code
+    return exits.FAILED if failure is not None and code == 0 else code
 
 
 def _stream(number: int, stream: TextIO | None) -> io.TextIOWrapper:

@@ -14,13 +14,12 @@ from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 
-from rich.console import Console
-
 from zenvoy.analysis.log.load import load as load_log
 from zenvoy.analysis.measures.digest import Digest, digest
-from zenvoy.cli.progress import RunProgress
-from zenvoy.cli.run import run_in_process, run_on_zenoh
-from zenvoy.cli.spawn import die_with
+from zenvoy.fleet.engine import Engine
+from zenvoy.fleet.folder import make_folder
+from zenvoy.fleet.run import LOG, run
+from zenvoy.fleet.spawn import die_with
 from zenvoy.scenarios import Loaded, load
 
 _DIGEST = "digest.npz"
@@ -56,10 +55,10 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """Where runs are kept, on which bus they are made, and how many at a time."""
+    """Where runs are kept, what makes them, and how many at a time."""
 
     folder: Path
-    bus: str = "in-process"
+    engine: Engine = "in-process"
     jobs: int = 1
     tell: Callable[[str], None] = field(default=lambda _: None)
 
@@ -71,9 +70,9 @@ class Study:
         folders = {cell: self.folder / cell.key() for cell in cells}
         missing = {folder: cell for cell, folder in folders.items() if _stored(folder) is None}
         self.tell(f"{len(folders)} runs, {len(folders) - len(missing)} of them there already")
-        if self.bus == "zenoh":  # its processes fill the machine by themselves
+        if self.engine == "processes":  # its processes fill the machine by themselves
             for count, (folder, cell) in enumerate(missing.items(), start=1):
-                _make(cell, folder, "zenoh")
+                _make(cell, folder, "processes")
                 self._tell_done(cell, count, len(missing))
         elif missing:
             self._run_pool(missing)
@@ -88,7 +87,7 @@ class Study:
         )
         try:
             futures: dict[Future[None], Cell] = {
-                pool.submit(_make, cell, folder, "in-process"): cell
+                pool.submit(_make, cell, folder, self.engine): cell
                 for folder, cell in missing.items()
             }
             for count, future in enumerate(as_completed(futures), start=1):
@@ -121,22 +120,17 @@ def _stored(folder: Path) -> Digest | None:
         return None
 
 
-def _make(cell: Cell, folder: Path, bus: str) -> None:
+def _make(cell: Cell, folder: Path, engine: Engine) -> None:
     """Run a cell in `folder`, and leave its digest alone there."""
     shutil.rmtree(folder, ignore_errors=True)
-    (folder / "logs").mkdir(parents=True)
     loaded = cell.load()
-    progress = RunProgress(Console(quiet=True), loaded.name, loaded.scenario.duration_s)
-    if bus == "zenoh":
-        death = run_on_zenoh(loaded, folder, progress)
-        if death is not None and death.code:
-            raise StudyError(f"{cell.scenario}, seed {cell.seed}: {death}")
-    else:
-        run_in_process(loaded, folder, progress)
-    log = folder / "run.mcap"
-    digest(load_log(log)).save(folder / _DIGEST)
-    log.unlink()
-    shutil.rmtree(folder / "logs")
+    death = run(loaded, make_folder(folder, loaded.name), engine)
+    if death is not None and not death.complete:
+        raise StudyError(f"{cell.scenario}, seed {cell.seed}: {death}")
+    found = digest(load_log(folder / LOG))
+    shutil.rmtree(folder)
+    folder.mkdir()
+    found.save(folder / _DIGEST)
 
 
 def _result(future: Future[None], cell: Cell) -> None:

@@ -1,25 +1,17 @@
-"""Where the command writes, and how it ends."""
+"""Where the command writes."""
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from types import FrameType
 from typing import Final, NoReturn
 
 import typer
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
 from rich.segment import Segment
 
-EXIT_FAILED = 1
-EXIT_BAD_INPUT = 2
-EXIT_PROCESS_LOST = 3
-EXIT_INTERRUPTED = 130
+from zenvoy.cli import exits
 
 _NARROWEST: Final = 40  # columns at which tables can still be read
 _USUAL: Final = 80
-_REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # A name may hold what a terminal would obey. U+2400 and the next picture it instead.
 _CONTROLS: Final = {
     **{code: 0x2400 + code for code in range(0x20) if chr(code) not in "\n\t"},
@@ -68,35 +60,4 @@ errors = _console(stderr=True)
 def refuse(text: str) -> NoReturn:
     """Say in one line what is wrong with the input, and end."""
     errors.print(text)
-    raise typer.Exit(EXIT_BAD_INPUT)
-
-
-def requests_to_end() -> Sequence[signal.Signals]:
-    """The signals that ask the command to end, but for those that it was started to ignore."""
-    return [number for number in _REQUESTS_TO_END if signal.getsignal(number) != signal.SIG_IGN]
-
-
-@contextmanager
-def interruptible() -> Iterator[None]:
-    """Let a request to end raise KeyboardInterrupt; elsewhere it ends the command on the spot.
-
-    For what has something to tidy up.
-    """
-    with requests_to_end_handled_by(_interrupt):
-        yield
-
-
-@contextmanager
-def requests_to_end_handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Install a handler for the requests to end, and the earlier ones again at the end."""
-    numbers = requests_to_end()
-    before = [signal.signal(number, handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, earlier in zip(numbers, before, strict=True):
-            signal.signal(number, earlier)
-
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+    raise typer.Exit(exits.BAD_INPUT)

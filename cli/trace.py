@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from rich.console import Console
 
@@ -14,12 +13,11 @@ from zenvoy.analysis.chapters.trace import trace_section
 from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
+from zenvoy.cli import exits
 from zenvoy.cli.analyze import OutError, folder_for, leave
 from zenvoy.cli.sections import print_section
 from zenvoy.cli.terminal import refuse
 from zenvoy.scenarios import TRACE_OPTIONS, Problem, ScenarioError, read_trace
-
-_BAD_INPUT: Final = 2
 
 
 def trace(
@@ -37,10 +35,10 @@ def trace(
     except ScenarioError as error:
         for problem in error.problems:
             errors.print(_of_the_command(problem))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     except OutError as error:
         errors.print(str(error))
-        return _BAD_INPUT
+        return exits.BAD_INPUT
     section = trace_section(read, limit_mps2)
     said = _event(file, options)
 

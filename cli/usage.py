@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from typer.core import TyperCommand
 from typer.models import CommandFunctionType
 
-from zenvoy.cli.terminal import EXIT_BAD_INPUT, EXIT_INTERRUPTED, errors, refuse
+from zenvoy.cli import exits
+from zenvoy.cli.terminal import errors, refuse
 
 _NOT: Final = {
     "int_parsing": "is not a whole number",
@@ -55,9 +56,9 @@ def outcome(app: typer.Typer, arguments: Sequence[str] | None = None) -> int:
         errors.print(_told(error))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
-        return EXIT_INTERRUPTED
+        return exits.INTERRUPTED
     except SystemExit as error:  # of shell completion
-        return error.code if isinstance(error.code, int) else EXIT_BAD_INPUT
+        return error.code if isinstance(error.code, int) else exits.BAD_INPUT
     return code if isinstance(code, int) else 0
 
 

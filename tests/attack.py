@@ -30,12 +30,13 @@ from zenvoy.bus.hosts import Host, hosts, pack, unpack
 from zenvoy.bus.mailbox import WINDOW
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import BEACON, CLOCK, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
-from zenvoy.cli.ends import Death
-from zenvoy.cli.fleet import process_table
-from zenvoy.cli.guests import meeting
-from zenvoy.cli.run import labels_of, make_folder
-from zenvoy.cli.spawn import Program
-from zenvoy.cli.supervisor import Supervisor
+from zenvoy.fleet.ends import Death
+from zenvoy.fleet.folder import make_folder
+from zenvoy.fleet.guests import meeting
+from zenvoy.fleet.labels import labels_of
+from zenvoy.fleet.spawn import Program
+from zenvoy.fleet.supervisor import Supervisor
+from zenvoy.fleet.table import process_table
 from zenvoy.scenarios import load
 from zenvoy.vehicles.process import run_host, run_vehicle
 

@@ -29,7 +29,7 @@ from tests.conftest import Command, Log, Outcome, command, read_log, run, wait_u
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import CLOCK
-from zenvoy.cli.guests import read_meeting
+from zenvoy.fleet.guests import read_meeting
 
 CYCLES: Final = {"each": 400, "shared": 800, "realtime": 100}
 STALL_LIMIT_S: Final = 5.0

@@ -7,15 +7,12 @@ from itertools import count
 from pathlib import Path
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Agent
 from zenvoy.bus.clock import WallClock, wall_ns
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.topics import EVENTS
-from zenvoy.channel.agent import ChannelAgent
-from zenvoy.cli.run import labels_of
+from zenvoy.fleet.agents import agents_of
+from zenvoy.fleet.labels import labels_of
 from zenvoy.scenarios import load
-from zenvoy.vehicles.agent import VehicleAgent
-from zenvoy.world.agent import WorldAgent
 from zenvoy.world.recorder import Recorder
 
 
@@ -49,14 +46,11 @@ def write_log(
         if clock.cycle == until_cycle:
             raise InterruptedRunError
 
-    agents: list[Agent] = [WorldAgent(loaded.scenario), ChannelAgent(loaded.scenario)]
-    for vehicle in range(1, loaded.scenario.fleet.size + 1):
-        agents.append(VehicleAgent(loaded.scenario, vehicle))
     labels = replace(labels_of(loaded, "in-process", 1), run=path.stem)  # for equal bytes each time
     with Recorder(path, labels, clock) as recorder:
         recorder.on_clock = interrupt
         try:
-            InProcessBus(agents, recorder.log).run()
+            InProcessBus(agents_of(loaded.scenario), recorder.log).run()
         except InterruptedRunError:
             recorder.end = "stopped"
             if lost:

@@ -19,14 +19,11 @@ import numpy as np
 from ruamel.yaml import YAML
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Agent
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.topics import TRUTH, Topic
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario, ScenarioError, load
 from zenvoy.scenarios.reading.library import packaged
-from zenvoy.vehicles.agent import VehicleAgent
-from zenvoy.world.agent import WorldAgent
 
 _HANGS_S: Final = 60.0
 _VALUES: Final[tuple[Any, ...]] = (
@@ -110,9 +107,7 @@ def run(scenario: Scenario) -> bool:
             for column in (truth.position, truth.speed, truth.acceleration):
                 sound = sound and bool(np.isfinite(np.array(column)).all())
 
-    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
-    agents += [VehicleAgent(scenario, vehicle) for vehicle in range(1, scenario.fleet.size + 1)]
-    InProcessBus(agents, log).run()
+    InProcessBus(agents_of(scenario), log).run()
     return sound
 
 

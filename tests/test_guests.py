@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import Outcome, zenvoy
 from zenvoy.bus.topics import plain_name
-from zenvoy.cli.guests import FILE, GuestsError, guests, meeting, read_meeting
-from zenvoy.cli.process_id import ProcessId
+from zenvoy.fleet.guests import FILE, GuestsError, guests, meeting, read_meeting
+from zenvoy.fleet.process_id import ProcessId
 
 MET = meeting("r1", Path("/sockets"), ["tcp/127.0.0.1:7001"])
 JSON = st.recursive(

@@ -15,11 +15,10 @@ import pytest
 from ruamel.yaml import YAML
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Agent
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import EVENTS, FRAMES, TRUTH, Topic
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import (
     Loaded,
     Scenario,
@@ -31,8 +30,6 @@ from zenvoy.scenarios import (
     load,
     roster,
 )
-from zenvoy.vehicles.agent import VehicleAgent
-from zenvoy.world.agent import WorldAgent
 
 ROOT: Final = Path(__file__).parents[1]
 NAMES: Final = [name for name, _ in builtin()]
@@ -42,9 +39,11 @@ S_NS: Final = 1_000_000_000
 def run(scenario: Scenario) -> dict[Topic[Any], list[bytes]]:
     """What the log of a run would hold, by topic."""
     log: dict[Topic[Any], list[bytes]] = {}
-    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
-    agents += [VehicleAgent(scenario, i) for i in range(1, scenario.fleet.size + 1)]
-    InProcessBus(agents, lambda topic, _, data: log.setdefault(topic, []).append(data)).run()
+
+    def keep(topic: Topic[Any], _time_ns: int, data: bytes) -> None:
+        log.setdefault(topic, []).append(data)
+
+    InProcessBus(agents_of(scenario), keep).run()
     return log
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import command, zenvoy
-from zenvoy.cli import limits, sockets
-from zenvoy.cli.ends import want_of
+from zenvoy.fleet import limits, sockets
+from zenvoy.fleet.ends import want_of
 
 SHORT = """
 duration_s: 2

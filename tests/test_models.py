@@ -9,14 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Agent
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import EVENTS, FRAMES, Topic
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
-from zenvoy.world.agent import WorldAgent
 
 Table = dict[str, NDArray[Any]]
 
@@ -45,10 +42,7 @@ def simulate(**sections: Any) -> dict[str, Any]:
         codec = codecs.setdefault(topic.name, PackedCodec(topic.message.DESCRIPTOR))
         rows.setdefault(topic.name, []).append(codec.decode(payload))
 
-    vehicles = range(1, scenario.fleet.size + 1)
-    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
-    agents += [VehicleAgent(scenario, vehicle) for vehicle in vehicles]
-    InProcessBus(agents, log).run()
+    InProcessBus(agents_of(scenario), log).run()
     frames = rows.pop(FRAMES.name)
     tables = {
         name: {column: np.stack([row[column] for row in of_topic]) for column in of_topic[0]}

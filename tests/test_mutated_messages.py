@@ -32,6 +32,7 @@ from zenvoy.bus.refusals import Refusals
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
+from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario, load
 from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle
@@ -159,14 +160,6 @@ class Recorded:
 def scenario_of(folder: Path, text: str) -> Scenario:
     (folder / "s.yaml").write_text(text)
     return load(folder / "s.yaml").scenario
-
-
-def agents_of(scenario: Scenario) -> list[Agent]:
-    return [
-        WorldAgent(scenario),
-        ChannelAgent(scenario),
-        *(VehicleAgent(scenario, vehicle) for vehicle in range(1, SIZE + 1)),
-    ]
 
 
 class Party:

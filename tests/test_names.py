@@ -21,12 +21,13 @@ from tests.conftest import LIMIT_S, Outcome, command, wait_until, zenvoy
 from tests.logs import write_log
 from tests.pages import read
 from tests.test_export import read as read_table
-from zenvoy.analysis.log.cells import harmless, utf8
+from zenvoy.analysis.log.cells import harmless
 from zenvoy.analysis.log.export import export
 from zenvoy.analysis.log.load import load
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.files import csv_bytes
 from zenvoy.analysis.page.section import Sheet
+from zenvoy.bus.text import utf8
 from zenvoy.cli import terminal
 from zenvoy.cli.analyze import compare
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from tests.conftest import read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS
-from zenvoy.cli.run import labels_of
+from zenvoy.fleet.labels import labels_of
 from zenvoy.scenarios import load
 from zenvoy.world.recorder import Recorder
 

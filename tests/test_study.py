@@ -12,6 +12,7 @@ from zenvoy.analysis import load
 from zenvoy.analysis.measures.digest import Digest, digest
 from zenvoy.cli.reproduce import plan
 from zenvoy.cli.study import Cell, Study, grid
+from zenvoy.fleet.engine import ENGINES, Engine
 from zenvoy.scenarios import ScenarioError
 
 SMALL = ("fleet.size=8", "events.0.at_s=0.5")
@@ -35,10 +36,10 @@ def test_a_key_is_that_of_what_is_run() -> None:
     assert len({cell.key() for cell in [BCM, *others]}) == 4
 
 
-@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
-def test_digests_are_those_of_the_logs(tmp_path: Path, bus: str) -> None:
+@pytest.mark.parametrize("engine", ENGINES)
+def test_digests_are_those_of_the_logs(tmp_path: Path, engine: Engine) -> None:
     told: list[str] = []
-    study = Study(folder=tmp_path / "runs", bus=bus, jobs=2, tell=told.append)
+    study = Study(folder=tmp_path / "runs", engine=engine, jobs=2, tell=told.append)
     found = study.run([BCM, PBCM])
     assert told[0] == "2 runs, 0 of them there already"
     for cell in (BCM, PBCM):

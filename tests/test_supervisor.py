@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from zenvoy.bus.errors import StalledError, StoppedError
-from zenvoy.cli.ends import Death
-from zenvoy.cli.run import Interrupted
-from zenvoy.cli.spawn import Program
-from zenvoy.cli.supervisor import Supervisor
+from zenvoy.fleet.ends import Death
+from zenvoy.fleet.run import Interrupted
+from zenvoy.fleet.spawn import Program
+from zenvoy.fleet.supervisor import Supervisor
 
 
 def wait_for_ever() -> None:
@@ -56,13 +56,13 @@ def death_of(folder: Path, programs: list[Program]) -> tuple[Death | None, list[
 def test_a_process_that_exits_with_0_before_its_work_is_done_has_died(tmp_path: Path) -> None:
     death = watched(tmp_path, partial(os._exit, 0))
     assert death is not None
-    assert (str(death), death.code) == ("vehicle-01 died: exit status 0", 3)
+    assert (str(death), death.refused) == ("vehicle-01 died: exit status 0", False)
 
 
 def test_an_error_of_its_own_is_shown_with_the_tail_of_its_log(tmp_path: Path) -> None:
     death = watched(tmp_path, partial(fail_with, ValueError("a mistake")))
     assert death is not None
-    assert (str(death), death.code) == ("vehicle-01 died: exit status 1", 3)
+    assert (str(death), death.refused) == ("vehicle-01 died: exit status 1", False)
     assert death.tail[-1] == "ValueError: a mistake"
 
 
@@ -70,7 +70,7 @@ def test_what_the_system_refuses_is_told_in_a_line(tmp_path: Path) -> None:
     error = OSError(28, "No space left on device", "/disk/run.mcap")
     death = watched(tmp_path, partial(fail_with, error))
     expected = "vehicle-01 cannot go on: No space left on device: /disk/run.mcap"
-    assert death == Death("vehicle-01", expected.partition(" ")[2], (), 1)
+    assert death == Death("vehicle-01", expected.partition(" ")[2], refused=True)
 
 
 def test_a_process_that_is_asked_to_end_by_somebody_else_has_died(tmp_path: Path) -> None:

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from zenvoy.bus.agent import Agent, Envelope
+from zenvoy.bus.agent import Envelope
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.live import LiveAgent, Post
 from zenvoy.bus.topics import Topic
-from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
+from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle
-from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live import LiveWorld
 
 Logged = list[tuple[str, int, bytes]]
@@ -99,8 +97,5 @@ def in_lock_step(scenario: Scenario) -> Logged:
         assert topic.logged_as is not None
         logged.append((topic.logged_as, time_ns, payload))
 
-    vehicles = range(1, scenario.fleet.size + 1)
-    agents: list[Agent] = [WorldAgent(scenario), ChannelAgent(scenario)]
-    agents += [VehicleAgent(scenario, vehicle) for vehicle in vehicles]
-    InProcessBus(agents, log).run()
+    InProcessBus(agents_of(scenario), log).run()
     return logged

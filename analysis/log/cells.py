@@ -1,4 +1,4 @@
-"""Texts as files hold them: UTF-8, and no cell that a spreadsheet runs as a formula."""
+"""Cells of tables: none that a spreadsheet runs as a formula."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Final
 # What a spreadsheet takes for a formula, at the start of a cell or behind a separator in it; the
 # wide forms count there as well. A number is none.
 _FORMULA: Final = re.compile(r"(^|[;\t\r\n])(\s*)(?=[=+\-@＝＋－＠])")
-_CONTROLS: Final = {code: f"\\x{code:02x}" for code in range(0x20) if chr(code) not in "\t\n\r"}
 _NUMBER: Final = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?|[+-]?(inf|nan)", re.IGNORECASE)
 
 
@@ -20,11 +19,3 @@ def harmless(cell: object) -> object:
     if not isinstance(cell, str) or _NUMBER.fullmatch(cell):
         return cell
     return _FORMULA.sub(r"\1\2'", cell)
-
-
-def utf8(text: str) -> bytes:
-    """A text as files have it, whatever the locale.
-
-    What is no character, such as a byte of a name that is no UTF-8, stands as its number.
-    """
-    return text.translate(_CONTROLS).encode("utf-8", "backslashreplace")

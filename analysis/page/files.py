@@ -8,8 +8,9 @@ from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from zenvoy.analysis.log.cells import harmless, utf8
+from zenvoy.analysis.log.cells import harmless
 from zenvoy.analysis.page.section import Sheet
+from zenvoy.bus.text import utf8
 
 
 def csv_bytes(sheet: Sheet) -> bytes:

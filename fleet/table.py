@@ -13,12 +13,12 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.hosts import Host, hosts
-from zenvoy.bus.session import prefer_latency, prefer_throughput
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.channel.process import run_channel
-from zenvoy.cli.guests import Meeting
-from zenvoy.cli.sockets import make_private
-from zenvoy.cli.spawn import Program
+from zenvoy.fleet.guests import Meeting
+from zenvoy.fleet.priority import prefer_latency, prefer_throughput
+from zenvoy.fleet.sockets import make_private
+from zenvoy.fleet.spawn import Program
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.process import run_host, run_vehicle
 from zenvoy.world.process import run_world
@@ -121,22 +121,3 @@ def _tidied(parent: int, sockets: Path, main: Callable[..., None], *arguments: o
     finally:
         if over or os.getppid() != parent:
             shutil.rmtree(sockets, ignore_errors=True)
-
-
-def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clock], None]:
-    """Sends clock messages down a pipe, one per `wall_step_ns` at most and without blocking."""
-    os.set_blocking(write_fd, False)
-    last_ns = -wall_step_ns
-
-    def send(clock: pb.Clock) -> None:
-        nonlocal last_ns
-        if clock.wall_ns - last_ns < wall_step_ns:
-            return
-        last_ns = clock.wall_ns
-        payload = clock.SerializeToString()
-        try:
-            os.write(write_fd, len(payload).to_bytes(4, "little") + payload)
-        except (BlockingIOError, BrokenPipeError):
-            return  # nobody looks; the log has it all the same
-
-    return send

@@ -14,7 +14,7 @@ from typing import Annotated, Final
 from pydantic import AfterValidator, Field, StringConstraints, TypeAdapter, ValidationError
 
 from zenvoy.bus.topics import plain_name
-from zenvoy.cli.process_id import ProcessId
+from zenvoy.fleet.process_id import ProcessId
 
 FILE: Final = "connect.json"
 _MOST_BYTES: Final = 65_536

@@ -6,23 +6,24 @@ import gc
 import os
 import selectors
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from zenvoy.bus.clock import wall_ns
-from zenvoy.cli.ends import (
+from zenvoy.fleet.ends import (
     DONE,
     EXHAUSTED,
-    EXIT_FAILED,
     STALLED,
     STOPPED,
     Death,
     LastWords,
     WordsPipe,
 )
-from zenvoy.cli.frozen import Frozen
-from zenvoy.cli.spawn import Child, Program, requests_held, spawn
+from zenvoy.fleet.frozen import Frozen
+from zenvoy.fleet.requests import requests_held
+from zenvoy.fleet.spawn import Child, Program, spawn
 
 _PATIENCE_S: Final = 7.0  # for the log to be ended; its process gives itself 5 s
 _LOOK_S: Final = 0.5  # how often to look for processes that are frozen
@@ -47,11 +48,11 @@ class Supervisor:
         self._words = WordsPipe()
         self._frozen = Frozen(stall_limit_s)
         self._looked_ns = 0
+        self._on_child: Any = None  # the handler of SIGCHLD until then
         self.completed = False
 
     def __enter__(self) -> Supervisor:
-        # Whoever started this process may have it ignored, and then no child could be waited for.
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        self._wait_for_children()
         gc.collect()
         gc.freeze()  # so that no child copies pages just to look for garbage
         try:
@@ -71,6 +72,17 @@ class Supervisor:
         self._end_all()
         self._selector.close()
         self._words.close()
+        if self._on_child is not None:
+            signal.signal(signal.SIGCHLD, self._on_child)
+            self._on_child = None
+
+    def _wait_for_children(self) -> None:
+        """Let the kernel keep the ends of children until they are waited for.
+
+        Whoever started this process may have it ignore them, and then none could be waited for.
+        """
+        if threading.current_thread() is threading.main_thread():  # where handlers can be set
+            self._on_child = signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
     def watch(
         self, pipe: int, on_data: Callable[[bytes], None], on_loss: Callable[[Death], None]
@@ -114,13 +126,13 @@ class Supervisor:
         name, tail = child.program.name, _tail(child.log)
         words = self._words.of(name)
         if code == -signal.SIGABRT and any(_NO_MEMORY in line for line in tail):
-            return Death(name, "cannot go on: out of memory (ulimit -v)", (), EXIT_FAILED)
+            return Death(name, "cannot go on: out of memory (ulimit -v)", refused=True)
         if code < 0:
             return Death(name, f"died: killed by {signal.Signals(-code).name}", tail)
         if code == STOPPED:
             return Death(name, "died: ended by SIGTERM", tail)
         if code == EXHAUSTED and words is not None:
-            return Death(name, f"cannot go on: {words.text}", tail, EXIT_FAILED)
+            return Death(name, f"cannot go on: {words.text}", tail, refused=True)
         if code == STALLED and words is not None:
             return self._blame(words, tail)
         return Death(name, f"died: exit status {code}", tail)

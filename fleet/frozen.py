@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from zenvoy.cli.spawn import Child
+from zenvoy.fleet.spawn import Child
 
 _STANDING_STILL: Final = "Tt"  # states in /proc/<pid>/stat
 

@@ -21,9 +21,6 @@ STOPPED: Final = 5  # by SIGTERM
 EXHAUSTED: Final = 6  # for want of disk, memory, threads or file descriptors
 DONE: Final = 64
 
-EXIT_FAILED: Final = 1
-EXIT_PROCESS_LOST: Final = 3
-
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # where in Zenoh's code
 _MOST_TEXT: Final = 1_500  # characters, so that a line goes down the pipe in one piece
 _MOST_CULPRITS: Final = 20
@@ -32,13 +29,15 @@ _MOST_CULPRITS: Final = 20
 class Death(NamedTuple):
     """A process that ended before the run was over: its name, its fate, and the end of its log.
 
-    `code` is the exit code of its run: 0 where it had done its part, and the run is complete.
+    `refused` where the system refused it what it needs, such as disk or memory; `complete` where it
+    had done its part, and the run is complete all the same.
     """
 
     name: str
     fate: str
     tail: tuple[str, ...] = ()
-    code: int = EXIT_PROCESS_LOST
+    refused: bool = False
+    complete: bool = False
 
     def __str__(self) -> str:
         return f"{self.name} {self.fate}"

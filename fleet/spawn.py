@@ -11,8 +11,8 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, NoReturn
@@ -20,11 +20,10 @@ from typing import Final, NoReturn
 from setproctitle import setproctitle
 
 from zenvoy.bus.errors import StalledError, StoppedError
-from zenvoy.bus.session import prefer_throughput
-from zenvoy.cli.ends import DONE, EXHAUSTED, STALLED, STOPPED, Tell, last_words, want_of
+from zenvoy.fleet.ends import DONE, EXHAUSTED, STALLED, STOPPED, Tell, last_words, want_of
+from zenvoy.fleet.priority import prefer_throughput
 
 _PR_SET_PDEATHSIG: Final = 1
-_REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,20 +54,6 @@ class Child:
     def signal(self, number: signal.Signals) -> None:
         """Send a signal; nothing happens where the child has ended."""
         signal.pidfd_send_signal(self.pidfd, number)
-
-
-@contextmanager
-def requests_held() -> Iterator[None]:
-    """Hold requests to end until the context is left.
-
-    What a signal's handler raises inside a hook of fork is ignored, and the request is lost.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, _REQUESTS_TO_END)
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def spawn(program: Program, log: Path, tell: Tell) -> Child:

@@ -1,0 +1,15 @@
+"""Texts as files and logs have them: UTF-8, whatever the locale, and without control characters."""
+
+from __future__ import annotations
+
+from typing import Final
+
+_CONTROLS: Final = {code: f"\\x{code:02x}" for code in range(0x20) if chr(code) not in "\t\n\r"}
+
+
+def utf8(text: str) -> bytes:
+    """Return the text in UTF-8.
+
+    What is no character, such as a byte of a file's name that is not UTF-8, stands as its number.
+    """
+    return text.translate(_CONTROLS).encode("utf-8", "backslashreplace")

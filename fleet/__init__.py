@@ -1,0 +1,1 @@
+"""The runner: one scenario to one run, on processes or in this one."""

@@ -1,0 +1,19 @@
+"""The agents of a run: world, channel, and one per vehicle."""
+
+from __future__ import annotations
+
+from zenvoy.bus.agent import Agent
+from zenvoy.channel.agent import ChannelAgent
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.world.agent import WorldAgent
+
+
+def agents_of(scenario: Scenario) -> list[Agent]:
+    """Return the agents of a run in lock-step, vehicle v at index v + 1."""
+    vehicles = range(1, scenario.fleet.size + 1)
+    return [
+        WorldAgent(scenario),
+        ChannelAgent(scenario),
+        *(VehicleAgent(scenario, vehicle) for vehicle in vehicles),
+    ]

@@ -1,0 +1,36 @@
+"""The folder of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from zenvoy.bus.clock import stamp
+
+LOGS: Final = "logs"
+"""Within it: a log per process."""
+
+
+class FolderError(Exception):
+    """The folder for a run cannot be made, or holds one already."""
+
+
+def make_folder(out: Path | None, name: str) -> Path:
+    """Make the folder for a run, new or empty, with one for its logs; raises FolderError.
+
+    Without `out` it is `runs/<time>-<name>`.
+    """
+    base = Path("runs") / f"{stamp()}-{name.replace('/', '-')}"
+    folder = base if out is None else out
+    number = 1
+    while out is None and folder.exists():
+        number += 1
+        folder = base.with_name(f"{base.name}-{number}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise FolderError(f"--out {folder}: is not empty; name a new folder or an empty one")
+        (folder / LOGS).mkdir()
+    except OSError as error:
+        raise FolderError(f"--out {folder}: {error.strerror}") from error
+    return folder

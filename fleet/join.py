@@ -1,0 +1,138 @@
+"""One vehicle, driven by this process, in a run that is under way."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import zenoh
+from pydantic import ValidationError
+from setproctitle import setproctitle
+
+from zenvoy.bus.connection import Wiring
+from zenvoy.bus.errors import NoAnswerError, StoppedError
+from zenvoy.bus.joining import ask, at_end
+from zenvoy.bus.topics import plain_name, vehicle_name
+from zenvoy.fleet.guests import read_meeting
+from zenvoy.fleet.priority import prefer_latency, prefer_throughput
+from zenvoy.fleet.requests import requests_to_end
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.knowledge import prepare
+from zenvoy.vehicles.process import run_vehicle
+
+
+class JoinError(Exception):
+    """The vehicle cannot join; the text says why in a line."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Vacancy:
+    """A vehicle that is missing in a run, and where the run is met."""
+
+    vehicle: int
+    run: str
+    connect: tuple[str, ...]
+    scenario: Scenario
+
+    @property
+    def name(self) -> str:
+        """Name of the vehicle's process."""
+        return vehicle_name(self.vehicle, self.scenario.fleet.size)
+
+
+def find(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Vacancy:
+    """Ask a run for its scenario, and for the place of a vehicle in it.
+
+    `run` is the folder of the run; or its name, where `connect` says where it is met. Raises
+    JoinError, GuestsError, or NoAnswerError where nobody answers within `limit_s`.
+    """
+    run, endpoints = _where(run, connect)
+    scenario = _scenario(vehicle, run, endpoints, limit_s)
+    return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario)
+
+
+def _where(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+    if connect:
+        try:
+            return plain_name(run), tuple(connect)
+        except ValueError as error:
+            raise JoinError(f"--run: {error}") from error
+    meeting = read_meeting(Path(run))
+    return meeting.run, meeting.connect
+
+
+def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Scenario:
+    """Return what the world says of the run, if there is a place for the vehicle."""
+    try:
+        standing = ask(run, connect, limit_s)
+    except NoAnswerError as error:
+        raise JoinError(f"--run {run}: {error}") from error
+    try:
+        scenario = Scenario.model_validate_json(standing.scenario)
+    except ValidationError as error:
+        raise JoinError(f"--run {run}: its scenario is of another version of Zenvoy") from error
+    size = scenario.fleet.size
+    if not 1 <= vehicle <= size:
+        raise JoinError(f"--id {vehicle}: is not in [1, {size}], the vehicles of the run")
+    name = vehicle_name(vehicle, size)
+    if name in standing.present:
+        raise JoinError(f"--id {vehicle}: {name} is there already")
+    for process, vehicles in standing.shared.items():
+        if vehicle in vehicles:
+            raise JoinError(
+                f"--id {vehicle}: shares the process {process}, which it cannot leave; "
+                f"allowed: a vehicle that the run was started --without, or that is a process"
+            )
+    return scenario
+
+
+class Guest:
+    """Drives the vehicle of a vacancy; use once, in a process of its own.
+
+    `joined` says whether the run has known of it. The session may still be open afterwards, for
+    closing it may wait for a peer that is frozen.
+    """
+
+    def __init__(self, vacancy: Vacancy) -> None:
+        self._vacancy = vacancy
+        self.joined = self._ended = False
+        self._watched: object = None
+
+    def drive(self, on_joined: Callable[[], None]) -> None:
+        """Join and drive to the end of the run; raises BusError, StoppedError if asked to end."""
+        vacancy, scenario = self._vacancy, self._vacancy.scenario
+        wiring = Wiring(
+            run=vacancy.run,
+            vehicles=range(1, scenario.fleet.size + 1),
+            connect=vacancy.connect,
+            stall_limit_s=scenario.stall_limit_s,
+        )
+
+        def begin(session: zenoh.Session) -> None:
+            self.joined = True
+            self._watched = at_end(session, vacancy.run, self._end)
+            on_joined()
+
+        prepare(scenario)
+        (prefer_latency if scenario.clock == "realtime" else prefer_throughput)()
+        setproctitle(f"zenvoy {vacancy.name} {vacancy.run}")
+        for number in requests_to_end():
+            if number != signal.SIGTERM:  # the bus takes that one itself
+                signal.signal(number, lambda *_: _ask_to_end())
+        try:
+            run_vehicle(scenario, vacancy.vehicle, wiring, begin)
+        except StoppedError:
+            if not self._ended:
+                raise
+
+    def _end(self) -> None:
+        self._ended = True
+        _ask_to_end()
+
+
+def _ask_to_end() -> None:
+    """What the bus takes as a request to end; it leaves at the next wait."""
+    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)

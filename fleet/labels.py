@@ -1,0 +1,30 @@
+"""What the log says of a run."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+from zenvoy.bus.clock import stamp
+from zenvoy.bus.text import utf8
+from zenvoy.scenarios import Loaded, effective_json
+from zenvoy.world.recorder import Labels
+
+
+def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
+    """Return what the log will say of this run."""
+    scenario = loaded.scenario
+    return Labels(
+        scenario_name=utf8(loaded.name).decode(),  # that of a file may be no text
+        scenario_text=loaded.text,
+        effective_json=effective_json(scenario),
+        seed=scenario.seed,
+        cycles=scenario.cycles,
+        period_ns=scenario.period_ns,
+        vehicles=scenario.fleet.size,
+        bus=bus,
+        run=f"{stamp()}-{os.getpid()}",
+        per_process=per_process,
+        # Without their places: a log does not tell whose machine it was made on.
+        notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
+    )

@@ -1,0 +1,32 @@
+"""What every process of a run would do for itself, done once before the fork."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from zenvoy.bus.in_process import InProcessBus
+from zenvoy.fleet.agents import agents_of
+from zenvoy.scenarios import MultiNode, Scenario, roster
+from zenvoy.vehicles.knowledge import prepare
+
+
+def rehearse(scenario: Scenario) -> None:
+    """Compute the gains, and run a few cycles of a small fleet.
+
+    The cycles make the interpreter specialise its bytecode: afterwards the processes share the
+    result instead of each writing a copy.
+    """
+    prepare(scenario)
+    # The model that most of the fleet ends up with; what is said of single vehicles does not apply.
+    models = Counter(told.phases[-1][1] for told in roster(scenario))
+    control = scenario.control.model_copy(
+        update={"model": models.most_common(1)[0][0], "schedule": (), "multi_node": MultiNode()}
+    )
+    size = 2 * control.multi_node.neighbours + 1
+    changes = {
+        "control": control,
+        "fleet": scenario.fleet.model_copy(update={"size": size, "groups": ()}),
+        "events": (),
+        "duration_s": 64 * scenario.period_ns * 1e-9,
+    }
+    InProcessBus(agents_of(scenario.model_copy(update=changes)), lambda *_: None).run()
