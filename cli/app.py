@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from enum import StrEnum
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Annotated
@@ -18,22 +15,28 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from zenvoy.cli import exits
-from zenvoy.cli.log_commands import COMMANDS
+from zenvoy.cli.log_commands import LOG_COMMANDS
+from zenvoy.cli.options import (
+    Bus,
+    DurationOption,
+    ScenarioArgument,
+    SeedOption,
+    SetOption,
+    StrictOption,
+    engine_of,
+    scenario_of,
+)
 from zenvoy.cli.streams import settle
+from zenvoy.cli.study_commands import STUDY_COMMANDS
 from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.cli.usage import App
-from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.requests import interruptible
 from zenvoy.scenarios import (
     Control,
     Loaded,
-    ScenarioError,
     builtin,
     effective_yaml,
-    load,
 )
-from zenvoy.scenarios.reading.library import packaged
 
 app = App(
     name="zenvoy",
@@ -43,42 +46,6 @@ app = App(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-
-
-class Bus(StrEnum):
-    """The buses a fleet can run on."""
-
-    ZENOH = "zenoh"
-    IN_PROCESS = "in-process"
-
-
-def engine_of(bus: Bus) -> Engine:
-    """Return what the option says."""
-    return "processes" if bus is Bus.ZENOH else "in-process"
-
-
-def _begun(text: str) -> list[str]:
-    """Built-in scenarios for a shell to complete; where there are none it looks for files."""
-    return [name for name in packaged() if name.startswith(text)]
-
-
-ScenarioArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENARIO",
-        help="Name of a built-in scenario, or a file.",
-        autocompletion=_begun,
-    ),
-]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Replace a value, e.g. channel.loss.p=0.3."),
-]
-SeedOption = Annotated[int | None, typer.Option(help="Replace the scenario's seed.")]
-DurationOption = Annotated[float | None, typer.Option(help="Replace the duration, s.")]
-StrictOption = Annotated[
-    bool, typer.Option("--strict", help="Refuse what is allowed, and hardly meant.")
-]
 
 
 def _print_version(asked: bool) -> None:
@@ -135,7 +102,7 @@ def run(
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
     clock = "realtime" if realtime else None
-    loaded = _load(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
+    loaded = scenario_of(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
     if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
         refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
     if per_process < 1:
@@ -202,7 +169,7 @@ def show(
     duration_s: DurationOption = None,
 ) -> None:
     """Print the effective scenario with all defaults; itself a valid scenario file."""
-    shown = _load(scenario, overrides, seed, duration_s).scenario
+    shown = scenario_of(scenario, overrides, seed, duration_s).scenario
     # Scenarios are UTF-8, and so is what is shown of one, or else of ASCII alone.
     utf = sys.stdout.encoding.lower().startswith("utf")
     sys.stdout.write(effective_yaml(shown, ascii_only=not utf))
@@ -213,7 +180,7 @@ def check(
     scenario: ScenarioArgument, overrides: SetOption = None, strict: StrictOption = False
 ) -> None:
     """Say whether a scenario is valid, and all that is wrong with it."""
-    loaded = _load(scenario, overrides, None, None)
+    loaded = scenario_of(scenario, overrides, None, None)
     _tell_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
     console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
@@ -238,7 +205,9 @@ def channel(
     """Draw what the channel of a scenario does to beacons: latency, loss, bursts, age."""
     from zenvoy.cli.channel import channel
 
-    raise typer.Exit(channel(_load(scenario, overrides, seed, duration_s), out, console, errors))
+    raise typer.Exit(
+        channel(scenario_of(scenario, overrides, seed, duration_s), out, console, errors)
+    )
 
 
 @app.command()
@@ -271,90 +240,8 @@ def trace(
     raise typer.Exit(trace(file, options, limit_mps2, out, console, errors))
 
 
-for command in COMMANDS:
+for command in (*LOG_COMMANDS, *STUDY_COMMANDS):
     app.command()(command)
-
-
-@app.command()
-def reproduce(
-    seeds: Annotated[
-        int, typer.Option(min=2, max=10_000, help="Seeds of each case, from 1 on.")
-    ] = 30,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
-    ] = None,
-    bus: Annotated[
-        Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
-    ] = Bus.IN_PROCESS,
-    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
-    runs: Annotated[
-        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
-    ] = Path("runs/reproduction"),
-    duration_s: DurationOption = None,
-) -> None:
-    """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
-    from zenvoy.cli.reproduce import reproduce
-
-    with _studying(duration_s, out, runs) as at_a_time:
-        reproduce(seeds, jobs or at_a_time, engine_of(bus), out, runs, duration_s, console)
-
-
-@app.command()
-def degradation(
-    seeds: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Seeds of each point, from 1 on.")
-    ] = 3,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
-    runs: Annotated[
-        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
-    ] = Path("runs/degradation"),
-    duration_s: DurationOption = None,
-) -> None:
-    """Run bilateral control over worse and worse channels; leaves a table and a figure."""
-    from zenvoy.cli.degradation import degradation
-
-    with _studying(duration_s, out, runs) as at_a_time:
-        degradation(seeds, jobs or at_a_time, out, runs, duration_s, console)
-
-
-@contextmanager
-def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
-    """Runs at a time; ends politely when a study cannot begin or go on, or is told to stop."""
-    from zenvoy.cli.study import StudyError
-
-    _load("paper/base", None, None, duration_s)
-    for option, folder in (("--out", out), ("--runs", runs)):  # not after an hour of runs
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            refuse(f"{option} {folder}: {error.strerror}")
-
-    try:
-        with interruptible():
-            yield len(os.sched_getaffinity(0))
-    except (StudyError, OSError) as error:
-        errors.print(f"the study cannot go on: {error}")
-        raise typer.Exit(exits.FAILED) from error
-
-
-def _load(
-    scenario: str,
-    overrides: list[str] | None,
-    seed: int | None,
-    duration_s: float | None,
-    *,
-    clock: str | None = None,
-    speed: float | None = None,
-) -> Loaded:
-    try:
-        return load(
-            scenario, overrides or (), seed=seed, duration_s=duration_s, clock=clock, speed=speed
-        )
-    except ScenarioError as error:
-        refuse(str(error))
 
 
 def _tell_notes(loaded: Loaded, strict: bool) -> None:

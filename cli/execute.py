@@ -16,9 +16,9 @@ from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
 from zenvoy.fleet.ends import Death, want_of
 from zenvoy.fleet.engine import Engine
-from zenvoy.fleet.folder import FolderError, make_folder
+from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.guests import NO_GUESTS, Guests
-from zenvoy.fleet.run import LOG, Interrupted, Watch, run
+from zenvoy.fleet.run import Interrupted, Watch, run
 from zenvoy.scenarios import Loaded
 
 
@@ -87,7 +87,7 @@ def _summarize(folder: Path, console: Console, errors: Console) -> bool:
         for note in summary["notes"]:
             errors.print(note)
     try:
-        (folder / "summary.json").write_bytes(utf8(as_json(summary)))
+        (folder / SUMMARY).write_bytes(utf8(as_json(summary)))
     except OSError as error:
         errors.print(f"no summary: {want_of(error)}")
         return False

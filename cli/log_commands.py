@@ -120,4 +120,4 @@ def repair(
     raise typer.Exit(code)
 
 
-COMMANDS = (info, analyze, compare, export, repair)
+LOG_COMMANDS = (info, analyze, compare, export, repair)

@@ -7,8 +7,12 @@ from typing import Final
 
 from zenvoy.bus.clock import stamp
 
+# What is in it.
+LOG: Final = "run.mcap"
+EFFECTIVE: Final = "effective.json"
+SUMMARY: Final = "summary.json"
 LOGS: Final = "logs"
-"""Within it: a log per process."""
+"""A text file per process."""
 
 
 class FolderError(Exception):

@@ -19,7 +19,7 @@ from zenvoy.bus.text import utf8
 from zenvoy.fleet.agents import agents_of
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.engine import Engine
-from zenvoy.fleet.folder import LOGS
+from zenvoy.fleet.folder import EFFECTIVE, LOG, LOGS
 from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, meeting
 from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.limits import require_room_for
@@ -31,9 +31,6 @@ from zenvoy.fleet.supervisor import Supervisor
 from zenvoy.fleet.table import process_table
 from zenvoy.scenarios import Loaded, effective_json
 from zenvoy.world.recorder import Recorder
-
-LOG: Final = "run.mcap"
-EFFECTIVE: Final = "effective.json"
 
 
 class Interrupted(KeyboardInterrupt):

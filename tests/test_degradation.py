@@ -14,8 +14,8 @@ from zenvoy.analysis.measures.digest import Digest, digest
 from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.files import csv_bytes
 from zenvoy.analysis.paper.degradation import IMPAIRMENTS, MODELS, QUANTITIES, Point, picture, sheet
-from zenvoy.cli.degradation import plan, settings
 from zenvoy.scenarios import Scenario, load
+from zenvoy.studies.degradation import plan, settings
 
 SHORT = """
 duration_s: 6

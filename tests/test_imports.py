@@ -23,7 +23,8 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
     "world": BELOW,
     "analysis": BELOW,
     "fleet": {"world", "channel", "vehicles", *BELOW},
-    "cli": {"fleet", "analysis", "world", "channel", "vehicles", *BELOW},
+    "studies": {"fleet", "analysis", *BELOW},
+    "cli": {"studies", "fleet", "analysis", "world", "channel", "vehicles", *BELOW},
 }
 
 # Rooms inside a package: its own modules outside of any room are named by their file.
@@ -147,6 +148,9 @@ def test_every_package_is_looked_at() -> None:
         ("analysis", "if True:\n    import zenvoy.cli.app"),
         ("fleet", "from zenvoy.analysis.summary import summarize"),
         ("fleet", "from zenvoy.cli import exits"),
+        ("studies", "from zenvoy.cli.terminal import console"),
+        ("studies", "from zenvoy.world.agent import WorldAgent"),
+        ("analysis", "from zenvoy.studies.cell import Cell"),
         ("world", "from zenvoy.fleet.agents import agents_of"),
         ("bus", "from zenvoy.scenarios import Scenario"),
         ("scenarios", "from zenvoy.bus import topics"),

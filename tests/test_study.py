@@ -10,10 +10,11 @@ import pytest
 from tests.conftest import run, zenvoy
 from zenvoy.analysis import load
 from zenvoy.analysis.measures.digest import Digest, digest
-from zenvoy.cli.reproduce import plan
-from zenvoy.cli.study import Cell, Study, grid
 from zenvoy.fleet.engine import ENGINES, Engine
 from zenvoy.scenarios import ScenarioError
+from zenvoy.studies.cell import Cell, grid
+from zenvoy.studies.paper import plan
+from zenvoy.studies.study import Study
 
 SMALL = ("fleet.size=8", "events.0.at_s=0.5")
 BCM = Cell(scenario="paper/case-07", seed=2, settings=SMALL, duration_s=2.0)

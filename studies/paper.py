@@ -1,4 +1,4 @@
-"""`zenvoy reproduce`: runs the paper's evaluation, and writes tables, figures and claims."""
+"""The paper's evaluation: its runs, and the tables, figures and claims made of them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
-
-from rich.console import Console
 
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.page.drawing import drawn
@@ -21,8 +19,8 @@ from zenvoy.analysis.paper.reproduction import (
     pictures,
     sheets,
 )
-from zenvoy.cli.study import Cell, Study
-from zenvoy.fleet.engine import Engine
+from zenvoy.studies.cell import Cell
+from zenvoy.studies.study import Study
 
 _CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
 _OPEN_SEEDS: Final = 5  # the open road is told beside the ring, with fewer seeds
@@ -72,25 +70,14 @@ def _old_positions(seeds: int, duration_s: float | None) -> Iterator[tuple[str, 
 
 
 def reproduce(
-    seeds: int,
-    jobs: int,
-    engine: Engine,
-    out: Path,
-    runs: Path,
-    duration_s: float | None,
-    console: Console,
-) -> None:
-    """Run what is not there yet, then write everything to `out`.
+    study: Study, *, seeds: int, duration_s: float | None, out: Path, command: str
+) -> list[Path]:
+    """Run what is not there yet, then write everything to `out`; return the files.
 
-    Raises StudyError, ScenarioError or OSError; what was run by then is kept in `runs`.
+    `command` is what the pages say they are made by. Raises StudyError, ScenarioError or OSError;
+    what was run by then is kept in the folder of the study.
     """
     cells = plan(seeds, duration_s)
-    study = Study(
-        folder=runs,
-        engine=engine,
-        jobs=jobs,
-        tell=lambda text: console.print(text, highlight=False, soft_wrap=True),
-    )
     # Seed by seed, so that a study that is stopped has whole rounds of cases.
     wanted = sorted((cell for of_label in cells.values() for cell in of_label), key=_by_seed)
     digests = study.run(list(dict.fromkeys(wanted)))
@@ -98,13 +85,7 @@ def reproduce(
         runs={label: tuple(digests[cell] for cell in of_label) for label, of_label in cells.items()}
     )
     out.mkdir(parents=True, exist_ok=True)
-    command = (
-        f"zenvoy reproduce --seeds {seeds} --bus {'zenoh' if engine == 'processes' else engine}"
-    )
-    if duration_s is not None:
-        command += f" --duration-s {duration_s:g}"
-    for path in write_whole(out, _files(evidence, command, digests)):
-        console.print(str(path), highlight=False, soft_wrap=True)
+    return write_whole(out, _files(evidence, command, digests))
 
 
 def _by_seed(cell: Cell) -> tuple[int, bool]:

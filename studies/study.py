@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import multiprocessing
 import os
 import shutil
 import signal
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 
 from zenvoy.analysis.log.load import load as load_log
 from zenvoy.analysis.measures.digest import Digest, digest
 from zenvoy.fleet.engine import Engine
-from zenvoy.fleet.folder import make_folder
-from zenvoy.fleet.run import LOG, run
+from zenvoy.fleet.folder import LOG, make_folder
+from zenvoy.fleet.run import run
 from zenvoy.fleet.spawn import die_with
-from zenvoy.scenarios import Loaded, load
+from zenvoy.studies.cell import Cell
 
 _DIGEST = "digest.npz"
 
@@ -30,40 +27,18 @@ class StudyError(Exception):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cell:
-    """One run of a study: a scenario with what is changed of it, and a seed."""
-
-    scenario: str
-    seed: int
-    settings: tuple[str, ...] = ()
-    duration_s: float | None = None
-
-    def load(self) -> Loaded:
-        """The scenario as it is run; raises ScenarioError."""
-        return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
-
-    def key(self) -> str:
-        """Equal for cells that run the same: effective scenario and seed, whatever it is called.
-
-        What is as by default is left out, so that a new setting does not make old runs unknown.
-        """
-        scenario = self.load().scenario
-        values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})
-        text = json.dumps(values, sort_keys=True) + version("zenvoy")
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
     """Where runs are kept, what makes them, and how many at a time."""
 
     folder: Path
     engine: Engine = "in-process"
     jobs: int = 1
+    """Runs at a time, each in a process; "processes" fills the machine by itself, one by one."""
     tell: Callable[[str], None] = field(default=lambda _: None)
+    """Takes a line for each run that is done."""
 
     def run(self, cells: Sequence[Cell]) -> dict[Cell, Digest]:
-        """A digest of each cell; those that are there already are not run again.
+        """Return a digest of each cell; those that are there already are not run again.
 
         Raises StudyError, ScenarioError or OSError; what was finished by then is kept.
         """
@@ -101,16 +76,7 @@ class Study:
         pool.shutdown()
 
     def _tell_done(self, cell: Cell, count: int, total: int) -> None:
-        what = " ".join((cell.scenario, f"seed {cell.seed}", *cell.settings))
-        self.tell(f"{count} of {total}: {what}")
-
-
-def grid(
-    scenarios: Iterable[str], seeds: Iterable[int], settings: tuple[str, ...] = ()
-) -> list[Cell]:
-    """A cell for each scenario and seed."""
-    seeds = list(seeds)
-    return [Cell(scenario=s, seed=seed, settings=settings) for seed in seeds for s in scenarios]
+        self.tell(f"{count} of {total}: {cell}")
 
 
 def _stored(folder: Path) -> Digest | None:

@@ -1,4 +1,4 @@
-"""`zenvoy degradation`: bilateral control over channels that get worse."""
+"""Bilateral control over channels that get worse."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from rich.console import Console
-
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.degradation import IMPAIRMENTS, MODELS, Point, picture, sheet
 from zenvoy.analysis.paper.reproduction import markdown
-from zenvoy.cli.study import Cell, Study
+from zenvoy.studies.cell import Cell
+from zenvoy.studies.study import Study
 
 _SCENARIO: Final = "paper/case-15"
 _DURATION_S: Final = 120.0
@@ -61,27 +60,19 @@ def settings(point: Point) -> tuple[str, ...]:
 
 
 def degradation(
-    seeds: int, jobs: int, out: Path, runs: Path, duration_s: float | None, console: Console
-) -> None:
-    """Run what is not there yet, then write table, figure and README.md to `out`.
+    study: Study, *, seeds: int, duration_s: float | None, out: Path, command: str
+) -> list[Path]:
+    """Run what is not there yet, then write table, figure and README.md to `out`; the files.
 
-    Raises StudyError, ScenarioError or OSError; what was run by then is kept in `runs`.
+    `command` is what the page says it is made by. Raises StudyError, ScenarioError or OSError;
+    what was run by then is kept in the folder of the study.
     """
     cells = plan(seeds, duration_s)
-    study = Study(
-        folder=runs,
-        jobs=jobs,
-        tell=lambda text: console.print(text, highlight=False, soft_wrap=True),
-    )
     wanted = sorted((cell for of in cells.values() for cell in of), key=lambda cell: cell.seed)
     digests = study.run(list(dict.fromkeys(wanted)))
     found = {point: [digests[cell] for cell in of] for point, of in cells.items()}
-    command = f"zenvoy degradation --seeds {seeds}"
-    if duration_s is not None:
-        command += f" --duration-s {duration_s:g}"
     out.mkdir(parents=True, exist_ok=True)
-    for path in write_whole(out, _files(found, command)):
-        console.print(str(path), highlight=False, soft_wrap=True)
+    return write_whole(out, _files(found, command))
 
 
 def _files(found: dict[Point, list[Digest]], command: str) -> dict[str, bytes]:

@@ -1,0 +1,103 @@
+"""The commands that run studies.
+
+Each imports what only it needs: see app.py.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenvoy.cli import exits
+from zenvoy.cli.options import Bus, DurationOption, engine_of, scenario_of
+from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.fleet.requests import interruptible
+
+
+def reproduce(
+    seeds: Annotated[
+        int, typer.Option(min=2, max=10_000, help="Seeds of each case, from 1 on.")
+    ] = 30,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
+    ] = None,
+    bus: Annotated[
+        Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
+    ] = Bus.IN_PROCESS,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+    ] = Path("runs/reproduction"),
+    duration_s: DurationOption = None,
+) -> None:
+    """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
+    from zenvoy.studies.paper import reproduce
+    from zenvoy.studies.study import Study
+
+    with _studying(duration_s, out, runs) as at_a_time:
+        study = Study(folder=runs, engine=engine_of(bus), jobs=jobs or at_a_time, tell=_say)
+        command = _command(f"zenvoy reproduce --seeds {seeds} --bus {bus.value}", duration_s)
+        for path in reproduce(study, seeds=seeds, duration_s=duration_s, out=out, command=command):
+            _say(str(path))
+
+
+def degradation(
+    seeds: Annotated[
+        int, typer.Option(min=1, max=10_000, help="Seeds of each point, from 1 on.")
+    ] = 3,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
+    runs: Annotated[
+        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+    ] = Path("runs/degradation"),
+    duration_s: DurationOption = None,
+) -> None:
+    """Run bilateral control over worse and worse channels; leaves a table and a figure."""
+    from zenvoy.studies.degradation import degradation
+    from zenvoy.studies.study import Study
+
+    with _studying(duration_s, out, runs) as at_a_time:
+        study = Study(folder=runs, jobs=jobs or at_a_time, tell=_say)
+        command = _command(f"zenvoy degradation --seeds {seeds}", duration_s)
+        for path in degradation(
+            study, seeds=seeds, duration_s=duration_s, out=out, command=command
+        ):
+            _say(str(path))
+
+
+def _say(text: str) -> None:
+    console.print(text, highlight=False, soft_wrap=True)
+
+
+def _command(text: str, duration_s: float | None) -> str:
+    return text if duration_s is None else f"{text} --duration-s {duration_s:g}"
+
+
+@contextmanager
+def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
+    """Runs at a time; ends politely when a study cannot begin or go on, or is told to stop."""
+    from zenvoy.studies.study import StudyError
+
+    scenario_of("paper/base", None, None, duration_s)
+    for option, folder in (("--out", out), ("--runs", runs)):  # not after an hour of runs
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            refuse(f"{option} {folder}: {error.strerror}")
+
+    try:
+        with interruptible():
+            yield len(os.sched_getaffinity(0))
+    except (StudyError, OSError) as error:
+        errors.print(f"the study cannot go on: {error}")
+        raise typer.Exit(exits.FAILED) from error
+
+
+STUDY_COMMANDS = (reproduce, degradation)

@@ -1,0 +1,1 @@
+"""Many runs: planned, made several at a time, and kept as digests."""

@@ -1,0 +1,48 @@
+"""What a study runs: a scenario, what is changed of it, and a seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from zenvoy.scenarios import Loaded, load
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One run of a study."""
+
+    scenario: str
+    seed: int
+    settings: tuple[str, ...] = ()
+    """Each `KEY=VALUE`, as on the command line."""
+    duration_s: float | None = None
+
+    def __str__(self) -> str:
+        return " ".join((self.scenario, f"seed {self.seed}", *self.settings))
+
+    def load(self) -> Loaded:
+        """Return the scenario as it is run; raises ScenarioError."""
+        return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
+
+    def key(self) -> str:
+        """Return a name that is equal for cells that run the same, whatever they are called.
+
+        That is, with the same effective scenario and seed. What is as by default is left out, so
+        that a new setting does not make old runs unknown.
+        """
+        scenario = self.load().scenario
+        values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})
+        text = json.dumps(values, sort_keys=True) + version("zenvoy")
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+def grid(
+    scenarios: Iterable[str], seeds: Iterable[int], settings: tuple[str, ...] = ()
+) -> list[Cell]:
+    """Return a cell for each scenario and seed."""
+    seeds = list(seeds)
+    return [Cell(scenario=s, seed=seed, settings=settings) for seed in seeds for s in scenarios]
