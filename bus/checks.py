@@ -19,6 +19,7 @@ from zenvoy.bus.refusals import ABSURD, FOREIGN, MALFORMED, MISTIMED
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 _MODES: Final = range(len(pb.Mode.values()))
+_MOST_MODES: Final = 128  # a varint of one byte
 _OUTCOMES: Final = range(1, len(pb.Outcome.values()))
 _PER_ROW: Final = (
     "source",
@@ -98,7 +99,12 @@ def flaw_of_command(
         return FOREIGN
     if command.time_ns != time_ns or command.effective_ns != effective_ns:
         return MISTIMED
-    return None if isfinite(command.acceleration) and command.mode in _MODES else ABSURD
+    return None if isfinite(command.acceleration) and _is_mode(command.mode) else ABSURD
+
+
+def _is_mode(mode: int) -> bool:
+    """Whether a mode is one of the list, or of a law of the scenario's own."""
+    return mode in _MODES or pb.MODE_OWN <= mode < _MOST_MODES
 
 
 def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:

@@ -42,6 +42,7 @@ class Purpose(IntEnum):
     SHADOWING = 26
     PHASE = 27
     BACKOFF = 28
+    LAW = 29
 
 
 def numbered(purpose: Purpose, number: int) -> int:

@@ -40,6 +40,8 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_FALLBACK_FM: _Mode.ValueType  # 6
     """what the model needs of others is missing, or older than the limit"""
     MODE_CACC: _Mode.ValueType  # 7
+    MODE_OWN: _Mode.ValueType  # 64
+    """and up to 127: laws of the scenario's own, see metadata zenvoy.laws"""
 
 class Mode(_Mode, metaclass=_ModeEnumTypeWrapper): ...
 
@@ -53,6 +55,8 @@ MODE_PBCM: Mode.ValueType  # 5
 MODE_FALLBACK_FM: Mode.ValueType  # 6
 """what the model needs of others is missing, or older than the limit"""
 MODE_CACC: Mode.ValueType  # 7
+MODE_OWN: Mode.ValueType  # 64
+"""and up to 127: laws of the scenario's own, see metadata zenvoy.laws"""
 Global___Mode: _TypeAlias = Mode  # noqa: Y015
 
 class _Outcome:
@@ -464,6 +468,7 @@ class Command(_message.Message):
     AGE_NS_FIELD_NUMBER: _builtins.int
     NEIGHBOURS_FIELD_NUMBER: _builtins.int
     TIMING_FIELD_NUMBER: _builtins.int
+    LOGGED_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     vehicle: _builtins.int
@@ -484,6 +489,10 @@ class Command(_message.Message):
     def behind(self) -> Global___LinkEstimate: ...
     @_builtins.property
     def timing(self) -> Global___Timing: ...
+    @_builtins.property
+    def logged(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]:
+        """values that the law logs, in order of its columns"""
+
     def __init__(
         self,
         *,
@@ -501,10 +510,11 @@ class Command(_message.Message):
         age_ns: _builtins.int = ...,
         neighbours: _builtins.int = ...,
         timing: Global___Timing | None = ...,
+        logged: _abc.Iterable[_builtins.float] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead", "behind", b"behind", "timing", b"timing"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "timing", b"timing", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "age_ns", b"age_ns", "ahead", b"ahead", "behind", b"behind", "cycle", b"cycle", "effective_ns", b"effective_ns", "logged", b"logged", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns", "timing", b"timing", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -732,6 +742,7 @@ class FleetEstimate(_message.Message):
     BEHIND_PREDICTED_SPEED_FIELD_NUMBER: _builtins.int
     BEHIND_MEASURED_NS_FIELD_NUMBER: _builtins.int
     NEIGHBOURS_FIELD_NUMBER: _builtins.int
+    LOGGED_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     @_builtins.property
@@ -778,6 +789,12 @@ class FleetEstimate(_message.Message):
     def neighbours(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
         """absent in runs without MBCM"""
 
+    @_builtins.property
+    def logged(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]:
+        """Values that laws log: for each column of each law of the scenario's own, in order of mode, a
+        number per vehicle; NaN where it is under another law.
+        """
+
     def __init__(
         self,
         *,
@@ -803,10 +820,11 @@ class FleetEstimate(_message.Message):
         behind_predicted_speed: _abc.Iterable[_builtins.float] | None = ...,
         behind_measured_ns: _abc.Iterable[_builtins.int] | None = ...,
         neighbours: _abc.Iterable[_builtins.int] | None = ...,
+        logged: _abc.Iterable[_builtins.float] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["age_ns", b"age_ns", "ahead_gap", b"ahead_gap", "ahead_gap_std", b"ahead_gap_std", "ahead_measured_ns", b"ahead_measured_ns", "ahead_predicted_gap", b"ahead_predicted_gap", "ahead_predicted_speed", b"ahead_predicted_speed", "ahead_speed", b"ahead_speed", "ahead_speed_std", b"ahead_speed_std", "behind_gap", b"behind_gap", "behind_gap_std", b"behind_gap_std", "behind_measured_ns", b"behind_measured_ns", "behind_predicted_gap", b"behind_predicted_gap", "behind_predicted_speed", b"behind_predicted_speed", "behind_speed", b"behind_speed", "behind_speed_std", b"behind_speed_std", "cycle", b"cycle", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["age_ns", b"age_ns", "ahead_gap", b"ahead_gap", "ahead_gap_std", b"ahead_gap_std", "ahead_measured_ns", b"ahead_measured_ns", "ahead_predicted_gap", b"ahead_predicted_gap", "ahead_predicted_speed", b"ahead_predicted_speed", "ahead_speed", b"ahead_speed", "ahead_speed_std", b"ahead_speed_std", "behind_gap", b"behind_gap", "behind_gap_std", b"behind_gap_std", "behind_measured_ns", b"behind_measured_ns", "behind_predicted_gap", b"behind_predicted_gap", "behind_predicted_speed", b"behind_predicted_speed", "behind_speed", b"behind_speed", "behind_speed_std", b"behind_speed_std", "cycle", b"cycle", "logged", b"logged", "mode", b"mode", "neighbours", b"neighbours", "predicted_speed", b"predicted_speed", "speed", b"speed", "speed_std", b"speed_std", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

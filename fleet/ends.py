@@ -19,6 +19,7 @@ import zenoh
 STALLED: Final = 4
 STOPPED: Final = 5  # by SIGTERM
 EXHAUSTED: Final = 6  # for want of disk, memory, threads or file descriptors
+BROKEN: Final = 7  # by a law of the scenario's own
 DONE: Final = 64
 
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # where in Zenoh's code

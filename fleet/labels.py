@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from zenvoy.bus.clock import stamp
 from zenvoy.bus.text import utf8
-from zenvoy.scenarios import Loaded, effective_json
+from zenvoy.scenarios import Loaded, effective_json, own_laws
 from zenvoy.world.recorder import Labels
 
 
@@ -26,5 +26,6 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
         run=f"{stamp()}-{os.getpid()}",
         per_process=per_process,
         # Without their places: a log does not tell whose machine it was made on.
+        laws=own_laws(scenario),
         notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
     )

@@ -29,6 +29,7 @@ from zenvoy.fleet.requests import requests_to_end_handled_by
 from zenvoy.fleet.sockets import socket_folder
 from zenvoy.fleet.supervisor import Supervisor
 from zenvoy.fleet.table import process_table
+from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Loaded, effective_json
 from zenvoy.world.recorder import Recorder
 
@@ -81,7 +82,10 @@ def run(
     (folder / EFFECTIVE).write_bytes(utf8(effective_json(loaded.scenario)))
     if engine == "processes":
         return _run_on_processes(loaded, folder, watch, guests, per_process)
-    _run_in_process(loaded, folder, watch)
+    try:
+        _run_in_process(loaded, folder, watch)
+    except LawError as error:
+        return Death(error.process, f"died: {error}")
     return None
 
 

@@ -20,8 +20,18 @@ from typing import Final, NoReturn
 from setproctitle import setproctitle
 
 from zenvoy.bus.errors import StalledError, StoppedError
-from zenvoy.fleet.ends import DONE, EXHAUSTED, STALLED, STOPPED, Tell, last_words, want_of
+from zenvoy.fleet.ends import (
+    BROKEN,
+    DONE,
+    EXHAUSTED,
+    STALLED,
+    STOPPED,
+    Tell,
+    last_words,
+    want_of,
+)
 from zenvoy.fleet.priority import prefer_throughput
+from zenvoy.laws.errors import LawError
 
 _PR_SET_PDEATHSIG: Final = 1
 
@@ -112,6 +122,9 @@ def _status(program: Program, error: BaseException, tell: Tell) -> int:
     if isinstance(error, StalledError):
         tell(last_words(program.name, str(error), error.culprits))
         return STALLED
+    if isinstance(error, LawError):
+        tell(last_words(program.name, str(error)))
+        return BROKEN
     want = want_of(error)
     if want is not None:
         tell(last_words(program.name, want))

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.fleet.ends import (
+    BROKEN,
     DONE,
     EXHAUSTED,
     STALLED,
@@ -127,15 +128,16 @@ class Supervisor:
         words = self._words.of(name)
         if code == -signal.SIGABRT and any(_NO_MEMORY in line for line in tail):
             return Death(name, "cannot go on: out of memory (ulimit -v)", refused=True)
-        if code < 0:
-            return Death(name, f"died: killed by {signal.Signals(-code).name}", tail)
-        if code == STOPPED:
-            return Death(name, "died: ended by SIGTERM", tail)
-        if code == EXHAUSTED and words is not None:
-            return Death(name, f"cannot go on: {words.text}", tail, refused=True)
-        if code == STALLED and words is not None:
+        if code < 0 or code == STOPPED:
+            how = "ended by SIGTERM" if code > 0 else f"killed by {signal.Signals(-code).name}"
+            return Death(name, f"died: {how}", tail)
+        if words is None or code not in {BROKEN, EXHAUSTED, STALLED}:
+            return Death(name, f"died: exit status {code}", tail)
+        if code == STALLED:
             return self._blame(words, tail)
-        return Death(name, f"died: exit status {code}", tail)
+        if code == BROKEN:
+            return Death(name, f"died: {words.text}")
+        return Death(name, f"cannot go on: {words.text}", tail, refused=True)
 
     def _blame(self, words: LastWords, tail: tuple[str, ...]) -> Death:
         """Whoever kept a process waiting: who is frozen, or else who it says it has waited for."""

@@ -19,7 +19,8 @@ from zenvoy.fleet.guests import Meeting
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.sockets import make_private
 from zenvoy.fleet.spawn import Program
-from zenvoy.scenarios import Scenario
+from zenvoy.laws import builtin
+from zenvoy.scenarios import Scenario, modes
 from zenvoy.vehicles.process import run_host, run_vehicle
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
@@ -27,6 +28,8 @@ from zenvoy.world.recorder import Labels
 # A stall shows everywhere at once. Who waits for a vehicle's beacon knows more than who waits for
 # all the commands, so the channel is given the chance to speak first.
 _WORLD_PATIENCE: Final = 1.25
+# A law of the scenario's own that hangs for the stall limit is to be named, and not its vehicle.
+_LAW_PATIENCE: Final = 1.2
 
 
 def process_table(
@@ -51,12 +54,14 @@ def process_table(
     guests = tuple(vehicle_name(vehicle, size) for vehicle in sorted(without))
     awaited = (*(host.name for host in placed), *(() if live else guests))
     absent = without if live else frozenset[int]()
+    has_own_laws = any(model not in builtin() for model in modes(scenario))
+    patience = _LAW_PATIENCE if has_own_laws else 1.0
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
         listen=met.world,
         waits_for=("channel", *awaited),
-        stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE,
+        stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
         shared=shared,
     )
@@ -66,7 +71,7 @@ def process_table(
         listen=met.channel,
         connect=met.connect[:1],
         waits_for=awaited,
-        stall_limit_s=scenario.stall_limit_s,
+        stall_limit_s=scenario.stall_limit_s * patience,
         absent=absent,
         shared=shared,
     )

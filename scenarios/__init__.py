@@ -27,11 +27,13 @@ from zenvoy.scenarios.schema.channel import (
     SenderOffset,
     TechnologyName,
 )
-from zenvoy.scenarios.schema.control_laws import parameters_of
+from zenvoy.scenarios.schema.control_laws import modes, name_of, parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
-from zenvoy.scenarios.schema.roster import Settings, group_members, roster
+from zenvoy.scenarios.schema.inputs import Model
+from zenvoy.scenarios.schema.own_laws import own_laws, setpoint_at
+from zenvoy.scenarios.schema.roster import Phase, Settings, group_members, roster
 from zenvoy.scenarios.schema.scenario import (
     Beacons,
     Control,
@@ -40,7 +42,6 @@ from zenvoy.scenarios.schema.scenario import (
     GainChanges,
     Gains,
     Group,
-    Model,
     MultiNode,
     Platoon,
     Road,
@@ -74,6 +75,7 @@ __all__ = [
     "MultiNode",
     "Outage",
     "PathLoss",
+    "Phase",
     "Place",
     "Platoon",
     "Problem",
@@ -99,7 +101,11 @@ __all__ = [
     "group_members",
     "load",
     "members",
+    "modes",
+    "name_of",
+    "own_laws",
     "parameters_of",
     "read_trace",
     "roster",
+    "setpoint_at",
 ]

@@ -5,10 +5,8 @@ from __future__ import annotations
 import pytest
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Motion, Relative, Setpoint
-from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.control import controller
-from zenvoy.vehicles.decision import Aim, Decision, Position, Predicted, View
+from zenvoy.laws import Motion, Relative, Setpoint, law_of
+from zenvoy.vehicles.decision import Aim, Controller, Decision, Position, Predicted, View
 from zenvoy.vehicles.decision import decide as decide_by
 
 WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
@@ -22,7 +20,9 @@ PREDICTED = Predicted(ahead=Relative(39.5, 1.0), behind=Relative(36.5, 0.0), spe
 def decide(
     model: str, position: Position, read: View, predicted: Predicted | None, aim: Aim = AIM
 ) -> Decision:
-    return decide_by(controller(Scenario(), model), position, read, predicted, aim)
+    law = law_of(model)
+    controller = Controller(law, law.parameters(), law.mode or 0)
+    return decide_by(controller, position, read, predicted, aim)
 
 
 MODELS = ["FM", "BCM", "MBCM", "PBCM", "CACC"]

@@ -138,7 +138,7 @@ def test_the_cases_are_those_of_the_paper(number: int, case: tuple[str, float, i
     base = load("paper/base").scenario
     assert scenario.control.model == "FM"
     phases = ((0, "FM"),) if model == "FM" else ((0, "FM"), (10 * S_NS, model))
-    assert {told.phases for told in roster(scenario)} == {phases}
+    assert {told.program for told in roster(scenario)} == {phases}
     assert scenario.sensors.error == error
     assert scenario.v2v_wait_ns + scenario.system_delay_ns == delay_ms * 1_000_000
     assert 50 <= scenario.control.system_delay_ms <= 120  # the paper's t_sys

@@ -116,8 +116,8 @@ def test_who_has_it_from_a_group_is_left_alone_unless_named(tmp_path: Path) -> N
         30
     ] * 2
     assert [s.targets.cruises_ns for s in told] == [3 * S_NS] * 4 + [None] * 2
-    assert told[0].phases == ((0, "CACC"), (3 * S_NS, "PBCM"))
-    assert told[5].phases == ((0, "CACC"),)
+    assert told[0].program == ((0, "CACC"), (3 * S_NS, "PBCM"))
+    assert told[5].program == ((0, "CACC"),)
 
 
 def test_a_schedule_of_models_alone_changes_no_target() -> None:

@@ -103,7 +103,7 @@ def test_the_schedule_switches_those_without_a_model_of_their_own() -> None:
         ),
     )
     settings = roster(scenario)
-    assert [told.phases for told in settings] == [
+    assert [told.program for told in settings] == [
         ((0, "BCM"), (10_000_000_000, "PBCM"), (20_000_000_000, "MBCM")),
         ((0, "FM"), (20_000_000_000, "MBCM")),
         ((0, "BCM"), (10_000_000_000, "PBCM"), (20_000_000_000, "FM")),

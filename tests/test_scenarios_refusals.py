@@ -498,7 +498,7 @@ sensors:
         "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 9)",
         "control.schedule.0.model: 'X' is not one of FM, BCM, MBCM, PBCM, CACC or null"
         "  (s.yaml, line 11)",
-        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, vehicles, model, "
+        "control.schedule.1: 3 is not a mapping; allowed keys: at_s, vehicles, model, parameters, "
         "desired_gap_m, desired_bumper_gap_m, desired_speed_mps, gains, ramp_s"
         "  (s.yaml, line 12)",
         "control.schedule.3.at_s: 5 is not later than the switch before (10)  (s.yaml, line 14)",

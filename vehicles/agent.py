@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
+from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, Topic, vehicle_name
 from zenvoy.laws import Relative, Setpoint
+from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.beaconing import beaconing
 from zenvoy.vehicles.control import FOLLOWING, controllers
 from zenvoy.vehicles.decision import Aim, Controller, Position, Predicted, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
+from zenvoy.vehicles.memory import Memory
 from zenvoy.vehicles.neighbours import neighbours
 from zenvoy.vehicles.state import LinkState
 
@@ -27,8 +31,9 @@ _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
 _PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
 _PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
-_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing"))
-_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing",))
+_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
+_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing", "logged"))
+_LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 
 
 class VehicleAgent:
@@ -56,6 +61,7 @@ class VehicleAgent:
         self._counts_neighbours = any(one.law.needs.sides for one in every)
         self._neighbours = neighbours(scenario, vehicle, every)
         self._known = Knowledge(scenario, self._neighbours, self._estimates)
+        self._memory, self._seed = Memory(), scenario.seed
         self._cycle = 0
         self._senses = True
         self._needs_sense = ((SENSE, (vehicle,)),)
@@ -121,8 +127,21 @@ class VehicleAgent:
         known, effective_ns = self._known, now_ns + self._delay_ns
         predicted = known.predict(effective_ns) if self._estimates else None
         controller = self._controller_at(now_ns)
-        view = self._view(controller, now_ns)
-        decision = decide(controller, self._position, view, predicted, self._aim_at(now_ns))
+        try:
+            decision = decide(
+                controller,
+                self._position,
+                self._view(controller, now_ns),
+                predicted,
+                self._aim_at(now_ns),
+                self._memory.recalled(controller, self._cycle),
+                self._period_ns * 1e-9,
+                partial(self._uniform, self._cycle),
+            )
+        except LawError as error:
+            error.process = self.name
+            raise
+        self._memory.keep(controller, self._cycle, decision.state)
         known.command(effective_ns, decision.acceleration)
         values = (
             self._cycle,
@@ -137,8 +156,10 @@ class VehicleAgent:
             known.age_ns,
         )
         if self._counts_neighbours:
-            return _COMMAND_OF_MANY.encode(*values, decision.neighbours)
-        return _COMMAND.encode(*values)
+            command = _COMMAND_OF_MANY.encode(*values, decision.neighbours)
+        else:
+            command = _COMMAND.encode(*values)
+        return command + _LOGGED.encode(decision.logged) if decision.logged else command
 
     def _controller_at(self, now_ns: int) -> Controller:
         """The controller in force; a leader has nobody to cooperate with, and follows."""
@@ -175,6 +196,10 @@ class VehicleAgent:
         if needs.leader:
             view = view._replace(leader=known.radio.motion_of(self._neighbours.leader))
         return view
+
+    def _uniform(self, cycle: int, number: int) -> float:
+        """A random number in [0, 1) for the law of this vehicle in a cycle."""
+        return float(uniforms(self._seed, Purpose.LAW, self.vehicle, number, cycle)[0])
 
     def _speeds(self, predicted: Predicted | None) -> tuple[float, ...]:
         if predicted is None:

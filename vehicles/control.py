@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from zenvoy.laws import NoParameters, law_of
-from zenvoy.scenarios import Scenario, Settings, parameters_of
+from zenvoy.laws import NoParameters, builtin, law_of
+from zenvoy.scenarios import Scenario, Settings, modes, parameters_of
 from zenvoy.vehicles.decision import Controller
 
 FOLLOWING: Final = Controller(law_of("FM"), NoParameters(), law_of("FM").mode or 0)
@@ -13,10 +13,11 @@ FOLLOWING: Final = Controller(law_of("FM"), NoParameters(), law_of("FM").mode or
 
 def controllers(scenario: Scenario, settings: Settings) -> list[tuple[int, Controller]]:
     """Return each controller of a vehicle with the time (ns) from which it is in force."""
-    return [(from_ns, controller(scenario, model)) for from_ns, model in settings.phases]
-
-
-def controller(scenario: Scenario, model: str) -> Controller:
-    """Return the controller of a model, with the parameters that the scenario gives it."""
-    law = law_of(model)
-    return Controller(law, parameters_of(scenario.control, law), law.mode or 0)
+    numbers = modes(scenario)
+    found = []
+    for from_ns, model, given in settings.phases:
+        law = law_of(model)
+        parameters = parameters_of(scenario.control, law, given)
+        limit_s = None if model in builtin() else scenario.stall_limit_s
+        found.append((from_ns, Controller(law, parameters, numbers[model], limit_s)))
+    return found

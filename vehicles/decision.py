@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum, auto
-from math import isfinite
+from math import isfinite, isinf
 from typing import Any, Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, clipped, law_of
-from zenvoy.laws.errors import LawError, raised
+from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT
+from zenvoy.vehicles.time_limit import time_limit
 
 _FOLLOWING: Final = law_of("FM").acceleration
 
@@ -64,11 +66,15 @@ class Aim(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A law with its parameters, and the number that stands for it in the log."""
+    """A law with its parameters, and the number that stands for it in the log.
+
+    limit_s: wall time that a decision may take; None for a law of the library.
+    """
 
     law: Law
     parameters: Any
     mode: int
+    limit_s: float | None = None
 
 
 class Decision(NamedTuple):
@@ -175,17 +181,21 @@ def _with_reports(
 
 def _applied(controller: Controller, observation: Observation) -> Output:
     """What the law returns, checked. Raises LawError."""
-    law = controller.law
+    law, limit_s = controller.law, controller.limit_s
     try:
-        returned = law.acceleration(observation, controller.parameters)
-    except Exception as error:  # a law may be anybody's code
-        raise raised(law.name, error) from error
+        with nullcontext() if limit_s is None else time_limit(limit_s):
+            returned = law.acceleration(observation, controller.parameters)
+    except Exception as error:
+        raise raised(law, error) from error
     output = returned if isinstance(returned, Output) else Output(returned)
-    numbers = (output.acceleration, *output.logged, *output.state)
     try:
-        finite = all(map(isfinite, numbers[:1] if law.columns else numbers))
-    except (TypeError, ValueError):
-        finite = False
-    if not finite:
-        raise LawError(f"law {law.name} returned {output.acceleration!r}, which is no acceleration")
+        is_number = isfinite(output.acceleration) and all(map(isfinite, output.state))
+        has_columns = len(output.logged) == len(law.columns) and not any(map(isinf, output.logged))
+    except TypeError:
+        is_number = has_columns = False
+    if not is_number:
+        raise useless(law, f"returned {output.acceleration!r}, which is no acceleration")
+    if not has_columns:
+        text = f"returned {output.logged!r} to be logged, not {len(law.columns)} numbers"
+        raise useless(law, text)
     return output

@@ -16,7 +16,7 @@ from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.packed import tag
 from zenvoy.bus.topics import COMMAND, FRAMES, LINKS, POSITIONS, RADAR, SENSE, TRUTH, Topic
 from zenvoy.laws import law_of
-from zenvoy.scenarios import Scenario, roster
+from zenvoy.scenarios import Scenario, modes, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import command_row, estimate_row
@@ -54,6 +54,10 @@ class WorldAgent:
         self._counts_neighbours = any(
             law_of(model).needs.sides for told in roster(scenario) for model in told.models
         )
+        self._columns = {
+            mode: len(law_of(model).columns)
+            for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
+        }
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         delay_ns = self._wait_ns + self._delay_ns
         self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
@@ -162,7 +166,7 @@ class WorldAgent:
         """Rows of the log about the cycle that has ended."""
         return [
             Envelope(FRAMES, 0, links.frames, links.time_ns),
-            estimate_row(commands, self._counts_neighbours),
+            estimate_row(commands, self._counts_neighbours, self._columns),
             command_row(commands),
         ]
 

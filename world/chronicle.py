@@ -8,7 +8,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
-from zenvoy.scenarios import Scenario, Sine, Switch, Trace
+from zenvoy.scenarios import Scenario, Sine, Switch, Trace, name_of
 
 _TARGETS: Final = {
     "desired_gap_m": "desired gap {:g} m",
@@ -64,7 +64,7 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
         at_ns = round(switch.at_s * 1e9)
         whom = "" if switch.vehicles is None else f": {switch.vehicles}"
         if switch.model is not None:
-            text = f"{switch.model}{whom}"
+            text = f"{name_of(switch.model)}{whom}"
             events.append(pb.Event(time_ns=at_ns, kind=pb.EVENT_MODEL, text=text))
         if switch.targets:
             text = f"{_targets(switch)}{whom}"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
@@ -16,7 +16,16 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import WallClock
-from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, RESULT, RUN, SCENARIO, Fingerprint, sealed
+from zenvoy.bus.log_format import (
+    EFFECTIVE,
+    EPOCH_NS,
+    LAWS,
+    RESULT,
+    RUN,
+    SCENARIO,
+    Fingerprint,
+    sealed,
+)
 from zenvoy.bus.log_writer import LogWriter
 from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
@@ -40,6 +49,8 @@ class Labels:
     per_process: int
     notes: tuple[str, ...] = ()
     """On the scenario, a line each."""
+    laws: Mapping[str, str] = field(default_factory=dict)
+    """Facts about laws of the scenario's own, by mode."""
 
 
 class Recorder:
@@ -66,6 +77,8 @@ class Recorder:
     def __enter__(self) -> Self:
         self._writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
         self._writer.add_metadata(RUN, sealed(_facts(self._labels)))
+        if self._labels.laws:
+            self._writer.add_metadata(LAWS, sealed(self._labels.laws))
         self._attach(SCENARIO, "application/yaml", self._labels.scenario_text)
         self._attach(EFFECTIVE, "application/json", self._labels.effective_json)
         for topic in LOGGED:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from math import nan
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
@@ -21,8 +22,13 @@ def command_row(commands: Sequence[pb.Command]) -> Envelope:
     return Envelope(FLEET_COMMAND, 0, message.SerializeToString(), first.time_ns)
 
 
-def estimate_row(commands: Sequence[pb.Command], with_neighbours: bool) -> Envelope:
-    """Estimates and predictions behind the commands; `with_neighbours`: and how many counted."""
+def estimate_row(
+    commands: Sequence[pb.Command], with_neighbours: bool, columns: Mapping[int, int]
+) -> Envelope:
+    """Estimates and predictions behind the commands; `with_neighbours`: and how many counted.
+
+    columns: how many values the laws of the scenario's own log, by mode.
+    """
     first = commands[0]
     ahead = [command.ahead for command in commands]
     behind = [command.behind for command in commands]
@@ -49,5 +55,15 @@ def estimate_row(commands: Sequence[pb.Command], with_neighbours: bool) -> Envel
         behind_predicted_speed=[link.predicted_speed for link in behind],
         behind_measured_ns=[link.measured_ns for link in behind],
         neighbours=[command.neighbours for command in commands] if with_neighbours else (),
+        logged=_logged(commands, columns),
     )
     return Envelope(ESTIMATE, 0, message.SerializeToString(), first.time_ns)
+
+
+def _logged(commands: Sequence[pb.Command], columns: Mapping[int, int]) -> Iterator[float]:
+    """Column by column, a number per vehicle; NaN where it is under another law."""
+    for mode, count in columns.items():
+        for index in range(count):
+            for command in commands:
+                has = command.mode == mode and index < len(command.logged)
+                yield command.logged[index] if has else nan

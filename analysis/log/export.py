@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -113,7 +113,11 @@ def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
         name: column.ravel() if column.size == rows else np.zeros(0, column.dtype)
         for name, column in _columns(topic, table).items()
     }
-    return _table({**times, "vehicle": vehicle, **columns}, rows)
+    if topic is not ESTIMATE:
+        return _table({**times, "vehicle": vehicle, **columns}, rows)
+    own = {mode: law.name for mode, law in sorted(run.laws.items()) if mode >= pb.MODE_OWN}
+    units = run.units["/fleet/estimate"]
+    return _table({**times, "vehicle": vehicle, **columns}, rows, units, own)
 
 
 def _frames(frames: Table) -> pa.Table:
@@ -143,34 +147,44 @@ def _times(table: Table) -> Table:
 def _columns(topic: Topic[Any], table: Table) -> Table:
     """Columns of a topic but its times; empty ones where there is no table."""
     fields = PackedCodec(topic.message.DESCRIPTOR).fields()
-    return {
-        name: table.get(name, np.zeros(0, dtype))
-        for name, (dtype, _) in fields.items()
-        if name not in {"cycle", "time_ns"}
-    }
+    left_out = {"cycle", "time_ns", "logged"}  # what laws log has columns of its own
+    known = {name: table.get(name, np.zeros(0, of)) for name, (of, _) in fields.items()}
+    return {name: column for name, column in (known | table).items() if name not in left_out}
 
 
-def _table(columns: Table, rows: int | None = None) -> pa.Table:
-    """Arrow table of columns by their names in the log; an empty column of `rows` is all null."""
+def _table(
+    columns: Table,
+    rows: int | None = None,
+    units: Mapping[str, str] | None = None,
+    laws: Mapping[int, str] | None = None,
+) -> pa.Table:
+    """Arrow table of columns by their names in the log; an empty column of `rows` is all null.
+
+    `laws` has the names of laws of the scenario's own, by mode.
+    """
     fields, arrays = [], []
     for name, column in columns.items():
-        array = _array(name, column)
+        array = _array(name, column, laws or {})
         if rows and not len(array):
             array = pa.nulls(rows, array.type)
-        unit = "s" if name == "time_s" else _UNIT.get(name, "")
+        unit = "s" if name == "time_s" else (units or _UNIT).get(name, "")
         metadata = {"unit": unit} if unit else None
         fields.append(pa.field(name + _SUFFIX.get(unit, ""), array.type, metadata=metadata))
         arrays.append(array)
     return pa.table(arrays, schema=pa.schema(fields))
 
 
-def _array(name: str, column: NDArray[Any]) -> pa.Array:
+def _array(name: str, column: NDArray[Any], laws: Mapping[int, str]) -> pa.Array:
     """Column with words for kinds and nulls for what is not there."""
     if name in _KINDS:
         kinds = pb.DESCRIPTOR.enum_types_by_name[_KINDS[name]].values
-        words = [kind.name.split("_", 1)[1] for kind in kinds]  # without MODE_, OUTCOME_, EVENT_
-        codes = np.searchsorted([kind.number for kind in kinds], column).astype(np.int8)
-        return pa.DictionaryArray.from_arrays(codes, words)
+        # Without MODE_, OUTCOME_, EVENT_.
+        words = {kind.number: kind.name.split("_", 1)[1] for kind in kinds}
+        if name == "mode":
+            del words[pb.MODE_OWN]
+            words |= laws
+        codes = np.searchsorted(list(words), column).astype(np.int8)
+        return pa.DictionaryArray.from_arrays(codes, list(words.values()))
     if name in _NEVER:
         return pa.array(column, mask=column < 0)
     return pa.array(column, from_pandas=True)  # NaN is null

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.laws import LoggedLaw, laws_in
 from zenvoy.analysis.log.notes import notes_of
 from zenvoy.analysis.log.reading import TABLES, read
 from zenvoy.analysis.log.records import LogError
@@ -72,6 +74,8 @@ class Run:
     events: list[pb.Event]
     units: dict[str, dict[str, str]] = field(default_factory=lambda: UNITS)
     """Topic -> column -> unit."""
+    laws: Mapping[int, LoggedLaw] = field(default_factory=lambda: laws_in({}))
+    """The laws behind the modes of `estimate`; a value that a law logs is a column there, too."""
     frame_rows: int
     """Rows of `frames`, known without reading them."""
 
@@ -164,4 +168,6 @@ def load(path: str | Path) -> Run:
         clock=tables["/clock"],
         events=reading.events,
         frame_rows=reading.frame_rows,
+        laws=reading.laws,
+        units=UNITS | {"/fleet/estimate": UNITS["/fleet/estimate"] | reading.law_units},
     )

@@ -12,6 +12,8 @@ from zenvoy.bus import messages_pb2 as pb
 
 _LARGEST: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
 _LATEST_NS: Final = 1 << 60  # 36 years
+_MODES: Final = set(pb.Mode.values()) - {pb.MODE_OWN}
+_MOST_MODES: Final = 128
 _OPTIONAL: Final = {"neighbours"}  # columns that not every run has
 _OF_FRAMES: Final = ("destination", "sequence", "sent_ns", "arrived_ns", "latency_ns", "distance")
 # No number of these is ever missing; of a command that never came in real time, all is.
@@ -86,6 +88,12 @@ def _first_number_fault(table: Table) -> str | None:
     return next((fault for fault in faults if fault is not None), None)
 
 
+def _modes_exist(column: NDArray[Any]) -> bool:
+    """Whether each mode is one of the list, or may be that of a law of the scenario's own."""
+    own = (column >= pb.MODE_OWN) & (column < _MOST_MODES)
+    return bool((own | (column <= max(_MODES))).all())
+
+
 def _number_fault(name: str, column: NDArray[Any], complete: bool) -> str | None:
     if not column.size:
         return None
@@ -93,7 +101,7 @@ def _number_fault(name: str, column: NDArray[Any], complete: bool) -> str | None
         largest = np.nanmax(np.abs(column), initial=0.0)
         if largest > _LARGEST or (complete and np.isnan(column).any()):
             return f"{name} holds what is no number of a run"
-    elif name == "mode" and column.max() > max(pb.Mode.values()):
+    elif name == "mode" and not _modes_exist(column):
         return f"mode {column.max()} does not exist"
     elif name == "outcome" and column.max() > max(pb.Outcome.values()):
         return f"outcome {column.max()} does not exist"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,10 +13,11 @@ from zenvoy.analysis.log.checks import Content, checks_of
 from zenvoy.analysis.log.columns import Table, stack
 from zenvoy.analysis.log.cycles import Cycles
 from zenvoy.analysis.log.facts import Facts, metadata_of, scenario_of, shown, shown_facts
+from zenvoy.analysis.log.laws import LoggedLaw, laws_in, split_logged
 from zenvoy.analysis.log.plausible import event_fault, fleet_fault, frames_fault, realtime_fault
 from zenvoy.analysis.log.records import LogError, Message, Pass
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.log_format import EFFECTIVE, REPAIR, RUN, Fingerprint
+from zenvoy.bus.log_format import EFFECTIVE, LAWS, REPAIR, RUN, Fingerprint
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import (
     CLOCK,
@@ -48,6 +50,10 @@ class Reading:
     tables: dict[str, Table]
     events: list[pb.Event]
     frame_rows: int
+    laws: dict[int, LoggedLaw]
+    """By mode."""
+    law_units: dict[str, str]
+    """Units of the columns that laws have logged."""
 
 
 def read(path: Path) -> Reading:
@@ -58,7 +64,8 @@ def read(path: Path) -> Reading:
                 break
     scenario = scenario_of(path, log)
     epoch_ns = int(metadata_of(path, log, scenario).run["epoch_ns"])
-    collector = _Collector(path, scenario, epoch_ns)
+    laws, of_laws = _laws(log)
+    collector = _Collector(path, scenario, epoch_ns, laws)
     with Pass(path, check=True) as log:
         for message in log.messages(None):
             collector.take(message)
@@ -68,7 +75,7 @@ def read(path: Path) -> Reading:
     content = Content(
         cycles=collector.cycles,
         fingerprint=collector.fingerprint.hexdigest(),
-        metadata_faults=metadata.faults,
+        metadata_faults=(*metadata.faults, *of_laws),
     )
     facts = Facts(
         run=metadata.run,
@@ -85,14 +92,28 @@ def read(path: Path) -> Reading:
         tables=tables,
         events=collector.events_read(),
         frame_rows=collector.frame_rows,
+        laws=laws,
+        law_units=collector.law_units,
     )
+
+
+def _laws(log: Pass) -> tuple[dict[int, LoggedLaw], tuple[str, ...]]:
+    """The laws by mode, and what is wrong with what the log says of them."""
+    try:
+        return laws_in(log.metadata.get(LAWS, {})), ()
+    except ValueError as error:
+        return laws_in({}), (f"metadata {LAWS}: {shown(str(error))}",)
 
 
 class _Collector:
     """Takes in the messages of a log, one by one; raises LogError for what no run can tell."""
 
-    def __init__(self, path: Path, scenario: Scenario, epoch_ns: int) -> None:
+    def __init__(
+        self, path: Path, scenario: Scenario, epoch_ns: int, laws: Mapping[int, LoggedLaw]
+    ) -> None:
         self._path = path
+        self._laws = laws
+        self.law_units: dict[str, str] = {}
         self._vehicles = scenario.fleet.size
         self._period_ns = scenario.period_ns
         self._epoch_ns = epoch_ns
@@ -125,6 +146,8 @@ class _Collector:
         """Table of a topic with a row for each cycle up to the first gap."""
         try:
             table = stack(TABLES[topic], self._rows[topic])
+            if topic == "/fleet/estimate":
+                self.law_units = split_logged(table, self._laws, self._vehicles)
         except ValueError as error:
             raise LogError(f"{self._path}: {topic}: {error}") from error
         fault = fleet_fault(topic, table, self._vehicles)

@@ -63,7 +63,7 @@ def models(scenario: Scenario) -> str:
 
     "FM, PBCM from 10 s", or "PBCM (36 vehicles); FM (4 vehicles)".
     """
-    programs = Counter(_program(settings.phases) for settings in roster(scenario))
+    programs = Counter(_program(settings.program) for settings in roster(scenario))
     if len(programs) == 1:
         return next(iter(programs))
     return "; ".join(f"{text} ({number} vehicles)" for text, number in programs.most_common())

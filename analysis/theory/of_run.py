@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.log.laws import LoggedLaw
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.theory.chain import Member, open_road
 from zenvoy.analysis.theory.laws import Coupling, total_delay_s
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Law, Setpoint, builtin, law_of
-from zenvoy.scenarios import Gains, Targets, parameters_of, roster
+from zenvoy.scenarios import Gains, roster, setpoint_at
 
 Rows = NDArray[np.int64]
 
@@ -67,49 +67,37 @@ def _prevailing(mode: NDArray[np.uint32]) -> tuple[list[int], float]:
 
 
 def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
-    scenario = run.scenario
-    setpoint = _setpoint(roster(scenario)[vehicle].targets, float(run.estimate["time_ns"][rows[0]]))
-    gains = Gains(k_d=setpoint.k_d, k_v=setpoint.k_v, k_c=setpoint.k_c)
-    law = _law(vehicle, mode)
-    predicts = law is not None and law.needs.prediction
+    scenario, law = run.scenario, _law(run, vehicle, mode)
+    settings = roster(scenario)[vehicle]
+    at_ns = int(run.estimate["time_ns"][rows[0]])
+    setpoint = setpoint_at(settings.targets, at_ns)
+    predicts = law is not None and law.predicts
     delay_s = total_delay_s(scenario.control, scenario.period_ms, predicts=predicts)
     if law is None:
+        gains = Gains(k_d=setpoint.k_d, k_v=setpoint.k_v, k_c=setpoint.k_c)
         return Member(None, gains, delay_s)
     m = 0
-    if law.needs.sides:  # as many as it mostly found; none at the end of a road, where FM acts
+    if law.counts_sides:  # as many as it mostly found; none at the end of a road, where FM acts
         m = int(np.bincount(run.estimate["neighbours"][rows, vehicle]).argmax())
-        law = law if m else law_of("FM")
-    if law.linear is None:
+        law = law if m else run.laws[pb.MODE_FM]
+    given = [phase.parameters for phase in settings.phases if phase.from_ns <= at_ns][-1]
+    linear = law.linear_at(scenario.control, given, setpoint, m)
+    if linear is None:
         raise NoTheoryError(
             f"vehicle {vehicle + 1} was under {law.name}, of which it knows nothing."
         )
-    linear = law.linear(parameters_of(scenario.control, law), setpoint, m)
     coupling = Coupling(linear.ahead, linear.behind)
     return Member(coupling, Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c), delay_s)
 
 
-def _setpoint(targets: Targets, time_ns: float) -> Setpoint:
-    """What is wanted at a time."""
-    at_ns = int(time_ns)
-    return Setpoint(
-        k_d=targets.k_d.at(at_ns),
-        k_v=targets.k_v.at(at_ns),
-        k_c=targets.k_c.at(at_ns),
-        p_des=targets.desired_gap_m.at(at_ns),
-        v_des=targets.desired_speed_mps.at(at_ns),
-    )
-
-
-def _law(vehicle: int, mode: int) -> Law | None:
+def _law(run: Run, vehicle: int, mode: int) -> LoggedLaw | None:
     """The law behind a mode; None for one that keeps its speed. Raises NoTheoryError."""
     if mode == pb.MODE_CONSTANT_SPEED:
         return None
-    if mode == pb.MODE_FALLBACK_FM:
-        return law_of("FM")
-    for law in builtin().values():
-        if law.mode == mode:
-            return law
-    raise NoTheoryError(f"vehicle {vehicle + 1} was in mode {mode}, of which it knows nothing.")
+    law = run.laws.get(mode)
+    if law is None:
+        raise NoTheoryError(f"vehicle {vehicle + 1} was in mode {mode}, of which it knows nothing.")
+    return law
 
 
 def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]:
@@ -127,8 +115,8 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
         caveats.append(
             "The schedule changes gains in that time; the theory takes those at its beginning."
         )
-    laws = [law for mode in set(modes) if (law := _law(0, mode)) is not None]
-    foresee = sorted(law.name for law in laws if law.needs.prediction)
+    laws = [law for mode in set(modes) if (law := run.laws.get(mode)) is not None]
+    foresee = sorted(law.name for law in laws if law.predicts)
     if foresee and run.scenario.sensors.error > 0.0:
         caveats.append(
             f"{', '.join(foresee)}: the theory is of a prediction that is right, without the "
@@ -136,7 +124,7 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
         )
     age_ns = run.estimate["age_ns"][rows]
     known = age_ns[age_ns >= 0]
-    two_sided = any(law.two_sided() and not law.needs.prediction for law in laws)
+    two_sided = any(law.looks_behind and not law.predicts for law in laws)
     if two_sided and known.size and known.mean() > _STALE * run.scenario.period_ns:
         caveats.append(
             f"The data of the vehicle behind are {known.mean() * 1e-6:.0f} ms old on average when "

@@ -9,6 +9,7 @@ from pathlib import Path
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.extends import chain
 from zenvoy.scenarios.reading.files import with_tables
+from zenvoy.scenarios.reading.laws import with_laws
 from zenvoy.scenarios.reading.library import packaged
 from zenvoy.scenarios.reading.origin import located
 from zenvoy.scenarios.reading.overrides import overridden
@@ -40,12 +41,15 @@ def load(
     duration_s: float | None = None,
     clock: str | None = None,
     speed: float | None = None,
+    allow_code: bool = False,
 ) -> Loaded:
     """The scenario in an existing file, or else the built-in one of that name.
 
     overrides are `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3); seed,
-    duration_s, clock and speed are put in after them. Raises UnknownScenarioError,
-    UnreadableScenarioError or InvalidScenarioError, each a ScenarioError.
+    duration_s, clock and speed are put in after them. The code of a law that the scenario names is
+    run if it lies beside the scenario or in an installed package, or if `allow_code`.
+    Raises UnknownScenarioError, UnreadableScenarioError or InvalidScenarioError, each a
+    ScenarioError.
     """
     origin = located(name_or_path)
     files = chain(origin)
@@ -53,7 +57,8 @@ def load(
     root, more = overridden(files.root, overrides, options)
     root, of_spacing = with_spacing(root)
     root, errors = with_tables(root, files.origins)
-    scenario = validated(root, [*files.problems, *more, *of_spacing], errors)
+    root, of_laws = with_laws(root, files.origins, allow_code=allow_code)
+    scenario = validated(root, [*files.problems, *more, *of_spacing, *of_laws], errors)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
     return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
 

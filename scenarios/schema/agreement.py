@@ -6,15 +6,18 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from pydantic import ValidationError
+
 from zenvoy.laws import find, law_of
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
-from zenvoy.scenarios.schema.control_laws import parameters_of
+from zenvoy.scenarios.schema.control_laws import name_of, parameters_of
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
+    from zenvoy.scenarios.schema.inputs import Parameters
     from zenvoy.scenarios.schema.scenario import Scenario
 
 _NS_PER_S = 1_000_000_000
@@ -71,30 +74,39 @@ def _ring(scenario: Scenario) -> Iterator[Problem]:
     """On the ring nobody may be ahead and behind at once."""
     if scenario.road.type != "ring":
         return
-    wanted = [(_smallest_ring(scenario, model), key, model) for key, model in _models(scenario)]
+    wanted = [
+        (_smallest_ring(scenario, model, given), key, model)
+        for key, model, given in _models(scenario)
+    ]
     need, key, model = max(wanted, key=lambda want: want[0])
     if scenario.fleet.size < need:
-        text = f"{scenario.fleet.size} is not at least {need}, which {model} needs on the ring"
+        size, name = scenario.fleet.size, name_of(model)
+        text = f"{size} is not at least {need}, which {name} needs on the ring"
         law = law_of(model)
         sides = (f"control.{law.section}.{law.needs.sides}",) if law.section else ()
         yield Problem(key="fleet.size", text=text, related=(key, "road.type", *sides))
 
 
-def _smallest_ring(scenario: Scenario, model: str) -> int:
+def _smallest_ring(scenario: Scenario, model: str, given: Parameters) -> int:
     """How many vehicles the law of a model needs on a ring; 0 where its code is not known here."""
     law = find(model)
-    return 0 if law is None else law.smallest_ring(parameters_of(scenario.control, law))
+    if law is None:
+        return 0
+    try:
+        return law.smallest_ring(parameters_of(scenario.control, law, given))
+    except ValidationError:  # one is missing, which is said where the law is looked up
+        return 0
 
 
-def _models(scenario: Scenario) -> Iterator[tuple[str, str]]:
-    """Every model that is named, with the key where it is."""
-    yield "control.model", scenario.control.model
+def _models(scenario: Scenario) -> Iterator[tuple[str, str, Parameters]]:
+    """The key of every model that is named, the model, and the parameters beside it."""
+    yield "control.model", scenario.control.model, scenario.control.parameters
     for index, switch in enumerate(scenario.control.schedule):
         if switch.model is not None:
-            yield f"control.schedule.{index}.model", switch.model
+            yield f"control.schedule.{index}.model", switch.model, switch.parameters
     for index, group in enumerate(scenario.fleet.groups):
         if group.model is not None:
-            yield f"fleet.groups.{index}.model", group.model
+            yield f"fleet.groups.{index}.model", group.model, group.parameters
 
 
 def _weights(scenario: Scenario) -> Iterator[Problem]:

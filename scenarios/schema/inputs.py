@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import re
+from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+)
+
+from zenvoy.laws import builtin
 
 
 def _set_text(value: object) -> object:
@@ -27,6 +37,28 @@ def _is_weight(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e9
 
 
+def _model(value: str) -> str:
+    """What has a colon is a reference to code, which `zenvoy.scenarios.reading.laws` looks up."""
+    if value not in builtin() and not re.fullmatch(r"[^:#]+:[\w.]+(#[0-9a-f]+)?", value):
+        raise ValueError
+    return value
+
+
+def _parameters(value: object) -> tuple[tuple[str, Any], ...]:
+    pairs = tuple(value.items()) if isinstance(value, dict) else value
+    if not isinstance(pairs, tuple) or not all(isinstance(pair, tuple) for pair in pairs):
+        raise ValueError
+    return tuple((str(name), _frozen(item)) for name, item in pairs)
+
+
+def _frozen(value: object) -> object:
+    return tuple(map(_frozen, value)) if isinstance(value, list | tuple) else value
+
+
+def _mapping(pairs: tuple[tuple[str, Any], ...]) -> dict[str, Any]:
+    return {name: list(item) if isinstance(item, tuple) else item for name, item in pairs}
+
+
 def _plain(weights: str | tuple[float, ...]) -> str | list[float]:
     return weights if isinstance(weights, str) else list(weights)
 
@@ -46,6 +78,19 @@ VehicleSet = Annotated[
     BeforeValidator(_set_text),
     _noun('vehicles such as 5, 2-9, [1, 4-6], all, the name of a group, or "not" before these'),
 ]
+Model = Annotated[
+    str,
+    AfterValidator(_model),
+    WithJsonSchema({"type": "string", "enum": list(builtin())}),
+]
+"""A law of the library by name, or one of the scenario's own: module:attribute#hash."""
+Parameters = Annotated[
+    tuple[tuple[str, Any], ...],
+    PlainValidator(_parameters),
+    PlainSerializer(_mapping),
+    WithJsonSchema({"type": "object", "additionalProperties": True}),
+]
+"""Parameters of a law of the scenario's own: pairs, so that a scenario can be hashed."""
 Weights = Annotated[
     str | tuple[float, ...],
     PlainValidator(_weights),

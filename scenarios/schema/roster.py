@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from zenvoy.scenarios.schema.control_laws import name_of
 from zenvoy.scenarios.schema.courses import Targets, course
 from zenvoy.scenarios.schema.sets import drawn, members
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import Gains, Model, Scenario, Switch
+    from zenvoy.scenarios.schema.scenario import Gains, Scenario, Switch
 
 _NS_PER_S = 1_000_000_000
 
@@ -20,14 +21,22 @@ Entry = tuple["Switch", frozenset[int] | None]
 _GAINS = ("k_d", "k_v", "k_c")
 
 
+class Phase(NamedTuple):
+    """From when (ns) a model is in force, and the parameters that the scenario gives its law."""
+
+    from_ns: int
+    model: str
+    parameters: tuple[tuple[str, Any], ...] = ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Of one vehicle. phases: each model with the time (ns) from which it is in force.
+    """Of one vehicle. phases: the laws that it runs, in order of time.
 
     Gains, desired gap and desired speed are those of the start; `targets` has them over time.
     """
 
-    phases: tuple[tuple[int, Model], ...]
+    phases: tuple[Phase, ...]
     gains: Gains
     desired_gap_m: float
     desired_speed_mps: float
@@ -35,9 +44,14 @@ class Settings:
     targets: Targets
 
     @property
-    def models(self) -> frozenset[Model]:
+    def program(self) -> tuple[tuple[int, str], ...]:
+        """When (ns) which model is in force, by the name that messages use."""
+        return tuple((phase.from_ns, name_of(phase.model)) for phase in self.phases)
+
+    @property
+    def models(self) -> frozenset[str]:
         """Every model it ever runs."""
-        return frozenset(model for _, model in self.phases)
+        return frozenset(phase.model for phase in self.phases)
 
 
 @lru_cache(maxsize=4)
@@ -75,7 +89,7 @@ def _settings(
     control = scenario.control
     # Later groups count, so each setting is the last that is given.
     mine = [g for g in reversed(scenario.fleet.groups) if vehicle in sets[g.name]]
-    own_model = next((g.model for g in mine if g.model is not None), None)
+    own_model = next((g for g in mine if g.model is not None), None)
     own_gains = next((g.gains for g in mine if g.gains is not None), None)
     gap_m = next((g.desired_gap_m for g in mine if g.desired_gap_m is not None), None)
     speed_mps = next((g.desired_speed_mps for g in mine if g.desired_speed_mps is not None), None)
@@ -91,9 +105,10 @@ def _settings(
         *(["desired_speed_mps"] if speed_mps is not None else []),
         *(_GAINS if own_gains is not None else []),
     }
-    phases: list[tuple[int, Model]] = [(0, own_model or control.model)]
+    first = control if own_model is None else own_model
+    phases = [Phase(0, first.model or control.model, first.parameters)]
     phases += [
-        (round(switch.at_s * _NS_PER_S), switch.model)
+        Phase(round(switch.at_s * _NS_PER_S), switch.model, switch.parameters)
         for switch, whom in entries
         if switch.model is not None and _concerns(vehicle, whom, "model", of_groups)
     ]

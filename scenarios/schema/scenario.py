@@ -15,7 +15,7 @@ from pydantic import ConfigDict, Field, model_validator
 from zenvoy.scenarios.schema.agreement import refuse_disagreements
 from zenvoy.scenarios.schema.channel import Channel
 from zenvoy.scenarios.schema.events import Brake, Event, Sine, Trace
-from zenvoy.scenarios.schema.inputs import GroupName, VehicleSet, Weights
+from zenvoy.scenarios.schema.inputs import GroupName, Model, Parameters, VehicleSet, Weights
 from zenvoy.scenarios.schema.section import (
     LARGEST,
     NS_PER_MS,
@@ -49,8 +49,6 @@ def _bumper(front: str, bumper: str) -> Callable[[dict[str, Any]], None]:
 _BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("gap_m", "bumper_gap_m"))
 _DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "desired_bumper_gap_m"))
 
-Model = Literal["FM", "BCM", "MBCM", "PBCM", "CACC"]
-
 
 class Road(Section):
     """Shape of the road. On the ring its length is fleet.size · fleet.gap_m."""
@@ -82,6 +80,7 @@ class Group(Section):
     vehicles: VehicleSet | None = None
     share: Fraction | None = None
     model: Model | None = None
+    parameters: Parameters = ()
     gains: Gains | None = None
     desired_gap_m: Positive | None = None
     desired_speed_mps: NonNegative | None = None
@@ -125,6 +124,7 @@ class Switch(Section):
     at_s: NonNegative
     vehicles: VehicleSet | None = None
     model: Model | None = None
+    parameters: Parameters = ()
     desired_gap_m: Positive | None = None
     desired_speed_mps: NonNegative | None = None
     gains: GainChanges | None = None
@@ -167,6 +167,7 @@ class Control(Section):
     model_config = _DESIRED_BUMPER_GAP
 
     model: Model = "PBCM"
+    parameters: Parameters = ()
     schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
     gains: Gains = Gains()
     multi_node: MultiNode = MultiNode()

@@ -1,0 +1,131 @@
+"""The laws behind the modes of a log: those of the library, and those that the log describes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from zenvoy.analysis.log.columns import Table
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.laws import Column, Law, Linear, Setpoint, builtin
+from zenvoy.scenarios import Control, parameters_of
+
+Given = tuple[tuple[str, Any], ...]
+
+_FALLBACK: Final = pb.MODE_FALLBACK_FM
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoggedLaw:
+    """A law as its log describes it; its code is not needed.
+
+    `linear` has the law near its equilibrium, by parameters (as JSON), setpoint and m.
+    """
+
+    mode: int
+    name: str
+    reference: str
+    version: str = ""
+    columns: tuple[Column, ...] = ()
+    colour: str | None = None
+    looks_behind: bool = False
+    counts_sides: bool = False
+    predicts: bool = False
+    linear: Mapping[tuple[str, Setpoint, int], Linear] | None = None
+    law: Law | None = None
+    """The law itself, of one of the library."""
+
+    def linear_at(
+        self, control: Control, given: Given, setpoint: Setpoint, m: int
+    ) -> Linear | None:
+        """Return the law near its equilibrium; None where linear theory knows nothing of it."""
+        if self.law is None:
+            return (self.linear or {}).get((_key(dict(given)), setpoint, m))
+        if self.law.linear is None:
+            return None
+        linear: Linear = self.law.linear(parameters_of(control, self.law, given), setpoint, m)
+        return linear
+
+
+def laws_in(metadata: Mapping[str, str]) -> dict[int, LoggedLaw]:
+    """Return the laws by mode: of the library, and of a log's metadata zenvoy.laws.
+
+    Raises ValueError where the metadata cannot be understood.
+    """
+    found = {law.mode: _of_library(law) for law in builtin().values() if law.mode is not None}
+    found[_FALLBACK] = found[pb.MODE_FM]
+    for mode, text in metadata.items():
+        if mode.isdecimal():
+            found[int(mode)] = _described(int(mode), text)
+    return found
+
+
+def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> dict[str, str]:
+    """Put a column per value that a law logs in place of `logged`; returns their units by name.
+
+    A column is called after its law and the value: `IDM.desired_gap`. Raises ValueError where
+    `logged` has another size.
+    """
+    if "logged" not in table:
+        return {}
+    logged = table.pop("logged")
+    names = {
+        f"{law.name}.{column.name}": column.unit
+        for mode, law in sorted(laws.items())
+        for column in law.columns
+        if mode >= pb.MODE_OWN
+    }
+    if logged.shape[1] != len(names) * vehicles and (names or logged.size) and len(logged):
+        raise ValueError(
+            f"logged has {logged.shape[1]} numbers in a message, not {len(names)} times {vehicles}"
+        )
+    for number, name in enumerate(names):
+        table[name] = logged[:, number * vehicles : (number + 1) * vehicles]
+    return names
+
+
+def _of_library(law: Law) -> LoggedLaw:
+    return LoggedLaw(
+        mode=law.mode or 0,
+        name=law.name,
+        reference=law.name,
+        colour=law.colour,
+        looks_behind=law.two_sided(),
+        counts_sides=bool(law.needs.sides),
+        predicts=law.needs.prediction,
+        law=law,
+    )
+
+
+def _described(mode: int, text: str) -> LoggedLaw:
+    try:
+        facts = json.loads(text)
+        return LoggedLaw(
+            mode=mode,
+            name=str(facts["name"]),
+            reference=f"{facts['reference']}#{facts['source_sha256']}",
+            version=str(facts["version"]),
+            columns=tuple(Column(str(name), str(unit)) for name, unit in facts["columns"]),
+            colour=facts["colour"],
+            looks_behind=bool(facts["looks_behind"]),
+            counts_sides=bool(facts["counts_sides"]),
+            predicts=bool(facts["predicts"]),
+            linear={
+                (_key(given), Setpoint(*map(float, setpoint)), int(m)): _linear(linear)
+                for given, setpoint, m, linear in facts["linear"]
+            },
+        )
+    except (KeyError, TypeError, RecursionError) as error:
+        raise ValueError(f"law {mode} is not described as laws are") from error
+
+
+def _linear(values: Any) -> Linear:
+    ahead, behind, k_d, k_v, k_c = values
+    weights = (tuple(map(float, ahead)), tuple(map(float, behind)))
+    return Linear(*weights, float(k_d), float(k_v), float(k_c))
+
+
+def _key(given: Mapping[str, Any]) -> str:
+    return json.dumps(given, sort_keys=True)

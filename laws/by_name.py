@@ -1,0 +1,155 @@
+"""Laws by name: of the library, of an installed package, or of a file beside a scenario.
+
+Code is found in three ways: `name` is a law of the library or an entry point `zenvoy.laws`;
+`module:attribute` is a module beside the scenario, or else an installed one; `file.py:attribute`
+is a file beside the scenario. A hash of its source is added to the reference, so that a reference
+stands for one law and no other: two runs of different sources never look alike.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+from dataclasses import dataclass
+from importlib.metadata import entry_points, packages_distributions, version
+from pathlib import Path
+from types import ModuleType
+from typing import Final
+
+from zenvoy.laws.law import Law
+from zenvoy.laws.table import bring, builtin
+
+GROUP: Final = "zenvoy.laws"
+_LARGEST_BYTES: Final = 16 << 20
+_DIGITS: Final = 12  # of the hash: enough to tell sources apart, short enough to be read
+
+
+class UnknownLawError(Exception):
+    """A reference that leads to no law; the text says why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """A module of laws: what was read, from where, and which version says so."""
+
+    module: ModuleType
+    path: Path
+    sha256: str
+    version: str = ""
+
+
+def resolve(reference: str, folder: Path | None, *, allow_code: bool = False) -> str:
+    """Make the law of a reference known here, and return the reference with the source's hash.
+
+    `folder` is that of the scenario; without one, only installed code is found. Code elsewhere is
+    not run unless `allow_code`. Raises UnknownLawError.
+    """
+    base, _, digest = reference.partition("#")
+    if base in builtin():
+        return base
+    target = base if ":" in base else _entry_point(base)
+    module, _, attribute = target.rpartition(":")
+    source = _source(module, folder, allow_code=allow_code)
+    short = source.sha256[:_DIGITS]
+    if digest and digest != short:
+        raise UnknownLawError(f"its source has changed: the hash is {short}, not {digest}")
+    law = _law_in(source, attribute)
+    if law.name in builtin():
+        raise UnknownLawError(f"its name {law.name} is that of a law of the library")
+    full = f"{target}#{short}"
+    bring(full, law)
+    return full
+
+
+def _entry_point(name: str) -> str:
+    found = [point for point in entry_points(group=GROUP) if point.name == name]
+    if not found:
+        names = [*builtin(), *sorted(point.name for point in entry_points(group=GROUP))]
+        raise UnknownLawError(f"no such law; allowed: {', '.join(names)}, or module:attribute")
+    return found[0].value.replace(" ", "")
+
+
+def _source(module: str, folder: Path | None, *, allow_code: bool) -> Source:
+    if module.endswith(".py") or (folder and (folder / f"{module}.py").is_file()):
+        name = module if module.endswith(".py") else f"{module}.py"
+        return _of_file((folder or Path()) / name, folder, allow_code=allow_code)
+    return _installed(module, folder, allow_code=allow_code)
+
+
+def _of_file(path: Path, folder: Path | None, *, allow_code: bool) -> Source:
+    real = path.resolve()
+    inside = folder is not None and real.is_relative_to(folder.resolve())
+    if not inside and not allow_code:
+        raise UnknownLawError("its file does not lie beside the scenario; --allow-code runs it")
+    try:
+        if not real.is_file():
+            raise UnknownLawError(f"there is no file {path.name}")
+        with real.open("rb") as file:
+            text = file.read(_LARGEST_BYTES + 1)
+    except OSError as error:
+        raise UnknownLawError(f"{path.name} cannot be read: {error.strerror}") from error
+    if len(text) > _LARGEST_BYTES:
+        raise UnknownLawError(f"{path.name} has more than {_LARGEST_BYTES >> 20} MiB")
+    return _executed(real, text)
+
+
+def _executed(path: Path, text: bytes) -> Source:
+    """Run the module once per process: its laws are compared by identity."""
+    sha256 = hashlib.sha256(text).hexdigest()
+    name = f"zenvoy_laws_{sha256[:_DIGITS]}_{path.stem}"
+    if name not in sys.modules:
+        module = ModuleType(name)
+        module.__file__ = str(path)
+        sys.modules[name] = module  # dataclasses look their module up while they are made
+        try:
+            exec(compile(text, str(path), "exec"), module.__dict__)
+        except Exception as error:
+            del sys.modules[name]
+            raise UnknownLawError(f"{path.name} cannot be run: {_said(error)}") from error
+    return Source(module=sys.modules[name], path=path, sha256=sha256)
+
+
+def _installed(name: str, folder: Path | None, *, allow_code: bool) -> Source:
+    top = name.partition(".")[0]
+    packages = packages_distributions().get(top, [])
+    if not packages and not allow_code:
+        where = "no folder to look in" if folder is None else f"there is no {name}.py beside it"
+        raise UnknownLawError(f"{where}, and no installed package has a module {top}")
+    try:
+        module = importlib.import_module(name)
+    except Exception as error:
+        raise UnknownLawError(f"{name} cannot be imported: {_said(error)}") from error
+    path = Path(module.__file__ or "")
+    sha256 = hashlib.sha256(path.read_bytes() if path.is_file() else b"").hexdigest()
+    found = f"{packages[0]} {version(packages[0])}" if packages else ""
+    return Source(module=module, path=path, sha256=sha256, version=found)
+
+
+def _law_in(source: Source, attribute: str) -> Law:
+    found: object = source.module
+    for part in attribute.split("."):
+        found = getattr(found, part, None)
+    if isinstance(found, Law):
+        return found
+    laws = sorted(name for name, value in vars(source.module).items() if isinstance(value, Law))
+    what = "has no" if found is None else "has a value that is no Law,"
+    allowed = f"; allowed: {', '.join(laws)}" if laws else "; it has no Law at all"
+    raise UnknownLawError(f"{source.path.name} {what} {attribute}{allowed}")
+
+
+def _said(error: Exception) -> str:
+    """What an error says, with the line of a file that cannot be compiled or run."""
+    line = getattr(error, "lineno", None)
+    trace = error.__traceback__
+    while trace is not None and line is None:
+        if trace.tb_next is None and trace.tb_frame.f_code.co_filename != __file__:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    said = getattr(error, "msg", None) or str(error)
+    return f"{type(error).__name__}: {said}" + (f" (line {line})" if line else "")
+
+
+def has_entry_point(name: str) -> bool:
+    """Return whether an installed package offers a law of that name."""
+    return any(point.name == name for point in entry_points(group=GROUP))

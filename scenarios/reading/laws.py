@@ -1,0 +1,176 @@
+"""The laws that a scenario names: their code is found, and their parameters are checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from zenvoy.laws import Law, builtin, law_of
+from zenvoy.laws.by_name import UnknownLawError, has_entry_point, resolve
+from zenvoy.laws.parameters import model_of
+from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.reading.explain import Refusal, explained
+from zenvoy.scenarios.reading.origin import Origin
+from zenvoy.scenarios.reading.tree import Node, Path, planted
+from zenvoy.scenarios.wording import dotted, shown
+
+_CONTROL: Path = ("control",)
+
+
+def with_laws(
+    root: Node, origins: Mapping[str, Origin], *, allow_code: bool = False
+) -> tuple[Node, list[Problem]]:
+    """Return `root` with every law of the scenario's own looked up, and what is wrong with them.
+
+    A reference gets the hash of its source, and all parameters are filled in. The code of a law is
+    run: it lies beside the scenario or in an installed package, unless `allow_code`.
+    """
+    problems: list[Problem] = []
+    for path in _sections(root):
+        section = root.find(path)
+        assert section is not None
+        model = section.child("model")
+        if model is None or not isinstance(model.value, str) or not _is_code(model.value):
+            if wrong := _without_code(section, path):
+                problems += wrong
+                root = _without(root, path)
+            continue
+        try:
+            full = resolve(model.value, _folder(model, origins), allow_code=allow_code)
+        except UnknownLawError as error:
+            key, text = dotted((*path, "model")), f"{shown(model.value)}: {error}"
+            problems.append(Problem(key=key, text=text, place=model.place))
+            continue
+        root = planted(root, (*map(str, path), "model"), replace(model, value=full))
+        root, found = _with_parameters(root, path, full)
+        problems += found
+    return root, problems
+
+
+def _sections(root: Node) -> Iterator[Path]:
+    """Paths of the sections that may name a law; that of the whole fleet comes first."""
+    for path in (_CONTROL, ("control", "schedule"), ("fleet", "groups")):
+        node = root.find(path)
+        if node is None:
+            continue
+        if isinstance(node.value, dict):
+            yield path
+        elif isinstance(node.value, tuple):
+            for index, entry in enumerate(node.value):
+                if isinstance(entry.value, dict):
+                    yield (*path, index)
+
+
+def _is_code(model: str) -> bool:
+    return ":" in model or (model not in builtin() and has_entry_point(model))
+
+
+def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
+    """Where the scenario lies that names the law; that of the last one for an option."""
+    origin = origins.get(model.place.source) or next(iter(origins.values()), None)
+    if origin is None or origin.builtin:
+        return FilePath()
+    return FilePath(origin.source).parent
+
+
+def _without_code(section: Node, path: Path) -> list[Problem]:
+    """Parameters where no law takes them."""
+    parameters, model = section.child("parameters"), section.child("model")
+    if parameters is None or parameters.value in ({}, None):
+        return []
+    name = model.value if model is not None else None
+    law = builtin().get(name) if isinstance(name, str) else None
+    if law is None:
+        text = "given without a law of its own; allowed beside model: module:attribute"
+    elif law.section is not None:
+        text = f"given, but {law.name} has its parameters in control.{law.section}"
+    else:
+        text = f"given, but {law.name} has no parameters"
+    return [Problem(key=dotted((*path, "parameters")), text=text, place=parameters.place)]
+
+
+def _with_parameters(root: Node, path: Path, full: str) -> tuple[Node, list[Problem]]:
+    """`root` with all parameters of a law, as given, as the whole fleet has them, or by default."""
+    section = root.find(path)
+    assert section is not None
+    law, given = law_of(full), section.child("parameters")
+    if given is None and path != _CONTROL and _model_of_all(root) == full:
+        given = root.find((*_CONTROL, "parameters"))
+    values = {} if given is None else given.plain()
+    where = (*path, "parameters")
+    try:
+        checked = model_of(law).model_validate(frozen(values))
+    except ValidationError as refused:
+        problems = list(_problems(refused, law, where, root))
+        return _without(root, path), problems  # so that nobody else stumbles over them
+    place = section.place if given is None else given.place
+    node = as_node(checked.model_dump(mode="json"), place)
+    if given is not None:
+        node = _placed_as(node, given)
+    return planted(root, tuple(map(str, where)), node), []
+
+
+def _without(root: Node, path: Path) -> Node:
+    """`root` without the parameters in a section."""
+    section = root.find(path)
+    assert section is not None
+    if not isinstance(section.value, dict):
+        return root
+    entries = {key: child for key, child in section.value.items() if key != "parameters"}
+    return planted(root, tuple(map(str, path)), replace(section, value=entries))
+
+
+def _model_of_all(root: Node) -> object:
+    node = root.find((*_CONTROL, "model"))
+    return None if node is None else node.value
+
+
+def _problems(refused: ValidationError, law: Law, where: Path, root: Node) -> Iterator[Problem]:
+    schema = model_of(law).model_json_schema()
+    for error in refused.errors(include_url=False):
+        loc, kind = error["loc"], error["type"]
+        if not loc:
+            text = f"{shown(error['input'])} is not a mapping"
+            yield Problem(key=dotted(where), text=text, place=root.place_of(where))
+            continue
+        if kind == "finite_number":
+            key = dotted((*where, *loc))
+            text = f"{shown(error['input'])} is not a finite number"
+            yield Problem(key=key, text=text, place=root.place_of((*where, *loc)))
+            continue
+        known = schema["properties"].get(loc[0])
+        of = schema if kind == "extra_forbidden" or known is None else known
+        yield explained(Refusal((*where, *loc[:1]), kind, error["input"], of), root)
+
+
+def frozen(value: object) -> Any:
+    """The value with tuples for lists, which is what a frozen dataclass holds."""
+    if isinstance(value, list):
+        return tuple(frozen(item) for item in value)
+    if isinstance(value, dict):
+        return {key: frozen(item) for key, item in value.items()}
+    return value
+
+
+def as_node(value: Any, place: Any) -> Node:
+    """A plain value as a tree, all at one place."""
+    if isinstance(value, dict):
+        return Node({key: as_node(item, place) for key, item in value.items()}, place)
+    if isinstance(value, list | tuple):
+        return Node(tuple(as_node(item, place) for item in value), place)
+    return Node(value, place)
+
+
+def _placed_as(node: Node, given: Node) -> Node:
+    """The entries that were given at the places where they were written."""
+    if not isinstance(node.value, dict) or not isinstance(given.value, dict):
+        return node
+    entries = {
+        key: replace(child, place=given.value[key].place) if key in given.value else child
+        for key, child in node.value.items()
+    }
+    return replace(node, value=entries)

@@ -1,0 +1,314 @@
+"""Laws that a scenario brings along: found by name, checked, run alike everywhere, and logged."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import zenvoy
+from tests.logs import write_log
+from zenvoy.analysis.log.export import export
+from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.page.report import models
+from zenvoy.analysis.theory.laws import Coupling
+from zenvoy.analysis.theory.of_run import NoTheoryError, theory_of
+from zenvoy.bus import messages_pb2 as pb
+
+IDM = """
+from dataclasses import dataclass
+
+from zenvoy.laws import Law, root
+
+
+@dataclass(frozen=True)
+class Parameters:
+    headway_s: float = 1.2
+    a: float = 1.4
+    b: float = 2.0
+    s0: float = 2.0
+
+
+def idm(seen, p):
+    v, gap = seen.speed, seen.ahead.p - 5.0
+    wanted = p.s0 + v * p.headway_s - v * seen.ahead.v / (2.0 * root(p.a * p.b))
+    free = v / seen.setpoint.v_des
+    return p.a * (1.0 - free * free * free * free - (wanted / gap) * (wanted / gap))
+
+
+smith = Law(name="IDM", acceleration=idm, parameters=Parameters, colour="#CC79A7")
+"""
+# A law with all that one may have: both sides, a state, columns, a linear form, random numbers.
+RICH = """
+from dataclasses import dataclass
+
+from zenvoy.laws import Column, Law, Linear, Needs, Output
+
+
+@dataclass(frozen=True)
+class Parameters:
+    share: float = 0.5
+    noise: float = 0.0
+
+
+def balance(seen, p):
+    k_d, k_v, k_c, _, v_des = seen.setpoint
+    pull = k_d * (seen.ahead.p - p.share * seen.behind.p - (1.0 - p.share) * seen.setpoint.p_des)
+    damp = k_v * (seen.ahead.v - p.share * seen.behind.v)
+    (decisions,) = seen.state
+    luck = seen.uniform(0)
+    a = pull + damp + k_c * (v_des - seen.speed) + p.noise * (luck - 0.5)
+    return Output(a, logged=(decisions, luck), state=(decisions + 1.0,))
+
+
+def linear(p, setpoint, m):
+    return Linear((1.0,), (p.share,), setpoint.k_d, setpoint.k_v, setpoint.k_c)
+
+
+LAW = Law(
+    name="Rich",
+    acceleration=balance,
+    parameters=Parameters,
+    needs=Needs(behind=True),
+    columns=(Column("decisions"), Column("luck")),
+    state=(0.0,),
+    linear=linear,
+)
+"""
+MIXED = """
+duration_s: 6
+fleet:
+  size: 6
+  groups: [{name: odd, vehicles: "1,3", model: "rich:LAW", parameters: {noise: 0.5}}]
+control:
+  model: FM
+  schedule: [{at_s: 2, model: "idm:smith", vehicles: "5-6", parameters: {headway_s: 0.9}}]
+channel: {outages: [{from_s: 3, until_s: 5}], loss: {p: 0.1}}
+events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
+"""
+
+
+@pytest.fixture
+def laws(tmp_path: Path) -> Path:
+    (tmp_path / "idm.py").write_text(IDM)
+    (tmp_path / "rich.py").write_text(RICH)
+    (tmp_path / "mixed.yaml").write_text(MIXED)
+    return tmp_path
+
+
+@pytest.fixture
+def mixed(laws: Path) -> Run:
+    return load(write_log(laws / "run.mcap", MIXED))
+
+
+@pytest.mark.parametrize("per_process", [1, 3])
+def test_processes_and_one_process_give_the_same_bits(
+    laws: Path, mixed: Run, per_process: int
+) -> None:
+    outcome = zenvoy(
+        laws, "run", "mixed.yaml", "--out", "out", "--vehicles-per-process", str(per_process)
+    )
+    assert outcome.code == 0, outcome.err
+    assert load(laws / "out" / "run.mcap").fingerprint == mixed.fingerprint is not None
+
+
+def test_log_and_report_name_the_laws_without_their_code(laws: Path, mixed: Run) -> None:
+    (laws / "idm.py").unlink()
+    (laws / "rich.py").unlink()
+    run = load(mixed.path)
+    own = {law.name: law for mode, law in run.laws.items() if mode >= pb.MODE_OWN}
+    assert set(own) == {"IDM", "Rich"}
+    assert own["IDM"].colour == "#CC79A7"
+    assert own["IDM"].reference.startswith("idm:smith#")
+    assert set(run.estimate["mode"][-1, 4:]) == {own["IDM"].mode}
+    assert models(run.scenario) == (
+        "rich:LAW (2 vehicles); FM (2 vehicles); FM, idm:smith from 2 s (2 vehicles)"
+    )
+    texts = [event.text for event in run.events if event.kind == pb.EVENT_MODEL]
+    assert texts == ["idm:smith: 5-6"]
+    outcome = zenvoy(laws, "analyze", "run.mcap")
+    assert outcome.code == 0, outcome.err
+
+
+def test_logged_values_are_named_columns(mixed: Run, tmp_path: Path) -> None:
+    decisions, luck = (mixed.estimate[f"Rich.{name}"] for name in ("decisions", "luck"))
+    assert np.isnan(decisions[:, [1, 3, 4, 5]]).all()
+    rich = mixed.laws[int(mixed.estimate["mode"][0, 0])].mode if mixed.cycles else 0
+    acts = mixed.estimate["mode"][:, 0] == rich
+    assert not np.isnan(decisions[acts, 0]).any()
+    assert np.isnan(decisions[~acts, 0]).all()  # in the outage it falls back to FM
+    assert 0 < np.count_nonzero(~acts) < len(acts)
+    assert len(np.unique(luck[acts, 0])) == np.count_nonzero(acts)
+    (file,) = [path for path in export(mixed, tmp_path / "csv", "csv") if "estimate" in path.name]
+    head = file.read_text().splitlines()[0].replace('"', "").split(",")
+    assert head[-2:] == ["Rich.decisions", "Rich.luck"]
+    assert "IDM" in file.read_text()
+
+
+def test_a_law_that_takes_over_starts_anew(mixed: Run) -> None:
+    """Its state counts the decisions since it took over, after the outage once more."""
+    counted = mixed.estimate["Rich.decisions"][:, 0]
+    starts = np.flatnonzero(counted == 0.0)
+    assert len(starts) >= 2
+    for start in starts:
+        end = start + 5
+        assert counted[start:end].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_random_numbers_depend_on_the_seed_alone(laws: Path, mixed: Run) -> None:
+    again = load(write_log(laws / "again.mcap", MIXED))
+    other = load(write_log(laws / "other.mcap", f"seed: 2\n{MIXED}"))
+    assert again.fingerprint == mixed.fingerprint
+    assert not np.array_equal(
+        other.estimate["Rich.luck"][:5, 0], mixed.estimate["Rich.luck"][:5, 0]
+    )
+
+
+def test_theory_knows_a_law_by_what_the_log_says_of_it(laws: Path) -> None:
+    text = """
+    duration_s: 3
+    fleet: {size: 5}
+    control: {model: "rich:LAW", parameters: {share: 0.25}}
+    """
+    run = load(write_log(laws / "one.mcap", text))
+    members = theory_of(run, 1.0, 3.0).members
+    assert {member.coupling for member in members} == {Coupling((1.0,), (0.25,))}
+    idm = load(
+        write_log(
+            laws / "two.mcap", text.replace("rich:LAW", "idm:smith").replace("share: 0.25", "s0: 3")
+        )
+    )
+    with pytest.raises(NoTheoryError, match="vehicle 1 was under IDM"):
+        theory_of(idm, 1.0, 3.0)
+
+
+def test_a_changed_source_is_another_law(laws: Path) -> None:
+    shown = zenvoy(laws, "show", "mixed.yaml").out
+    assert "idm:smith#" in shown
+    (laws / "shown.yaml").write_text(shown)
+    assert zenvoy(laws, "check", "shown.yaml").code == 0
+    (laws / "idm.py").write_text(IDM.replace("1.4", "1.5"))
+    outcome = zenvoy(laws, "check", "shown.yaml")
+    assert outcome.code == 2
+    assert "its source has changed" in outcome.err
+
+
+BROKEN = """
+from zenvoy.laws import Law
+
+
+def raises(seen, p):
+    if seen.speed < 32.0:
+        return 1.0 / 0.0
+    return -1.0
+
+
+def text(seen, p):
+    return "fast"
+
+
+def undeclared(seen, p):
+    return seen.behind.p
+
+
+def hangs(seen, p):
+    while True:
+        pass
+
+
+raising, texting, undeclaring, hanging = (
+    Law(name=f.__name__, acceleration=f) for f in (raises, text, undeclared, hangs)
+)
+"""
+
+
+@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        ("raising", "law raises raised ZeroDivisionError: float division by zero (bad.py, line 7)"),
+        ("texting", "law text returned 'fast', which is no acceleration (bad.py, line 11)"),
+        ("undeclaring", "law undeclared returned nan, which is no acceleration (bad.py, line 15)"),
+        ("hanging", "law hangs raised TimeoutError: took longer than 2 s (bad.py, line 20)"),
+    ],
+)
+def test_a_law_that_fails_is_named_with_its_line(
+    tmp_path: Path, law: str, said: str, bus: str
+) -> None:
+    (tmp_path / "bad.py").write_text(BROKEN)
+    (tmp_path / "s.yaml").write_text(f"""
+duration_s: 20
+stall_limit_s: 2
+fleet: {{size: 3, speed_mps: 33}}
+control: {{model: "bad:{law}", desired_speed_mps: 33}}
+""")
+    outcome = zenvoy(tmp_path, "run", "s.yaml", "--bus", bus, "--out", "out")
+    assert outcome.code == 3
+    first = outcome.err.splitlines()[0]
+    assert first.startswith("vehicle-0")
+    assert first.partition(" died: ")[2] == said
+    assert load(tmp_path / "out" / "run.mcap").result["end"] != "complete"
+
+
+def refusal(folder: Path, control: str) -> str:
+    (folder / "s.yaml").write_text(f"control: {{{control}}}")
+    outcome = zenvoy(folder, "check", "s.yaml")
+    assert outcome.code == 2
+    return outcome.err.strip()
+
+
+@pytest.mark.parametrize(
+    ("control", "said"),
+    [
+        (
+            'model: "none:here"',
+            "control.model: 'none:here': there is no none.py beside it, and no installed package "
+            "has a module none  (s.yaml, line 1)",
+        ),
+        ('model: "idm:smit"', "control.model: 'idm:smit': idm.py has no smit; allowed: smith"),
+        ('model: "idm:idm"', "control.model: 'idm:idm': idm.py has a value that is no Law, idm;"),
+        ('model: "os:path"', "control.model: 'os:path': there is no os.py beside it"),
+        (
+            'model: "../out.py:x"',
+            "control.model: '../out.py:x': its file does not lie beside the scenario; --allow-code",
+        ),
+        ('model: "bad:x"', "control.model: 'bad:x': bad.py cannot be run: SyntaxError"),
+        (
+            'model: "idm:smith", parameters: {headway: 1}',
+            "control.parameters.headway: unknown key; did you mean 'headway_s'? allowed: "
+            "headway_s, a, b, s0  (s.yaml, line 1)",
+        ),
+        (
+            'model: "idm:smith", parameters: {a: fast}',
+            "control.parameters.a: 'fast' is not a number  (s.yaml, line 1)",
+        ),
+        (
+            'model: "idm:smith", parameters: {a: .inf}',
+            "control.parameters.a: inf is not a finite number  (s.yaml, line 1)",
+        ),
+        ('model: "idm:smith", parameters: 3', "control.parameters: 3 is not a mapping"),
+        ("model: FM, parameters: {a: 1}", "control.parameters: given, but FM has no parameters"),
+        (
+            "model: MBCM, parameters: {a: 1}",
+            "control.parameters: given, but MBCM has its parameters in control.multi_node",
+        ),
+        ("model: PBMC", "control.model: 'PBMC' is not one of FM, BCM, MBCM, PBCM, CACC"),
+    ],
+)
+def test_what_is_no_law_or_no_parameter_is_refused_in_words(
+    laws: Path, control: str, said: str
+) -> None:
+    (laws.parent / "out.py").write_text(IDM)
+    (laws / "bad.py").write_text("def x(:")
+    assert refusal(laws, control).startswith(said)
+
+
+def test_code_is_found_beside_the_scenario_wherever_the_command_is(laws: Path) -> None:
+    folder = laws / "deep"
+    folder.mkdir()
+    shutil.copy(laws / "idm.py", folder)
+    (folder / "s.yaml").write_text('control: {model: "idm:smith"}')
+    assert zenvoy(laws, "check", "deep/s.yaml").code == 0
+    assert zenvoy(laws, "check", "quickstart", "--set", "control.model=idm:smith").code == 0
