@@ -16,7 +16,9 @@ import typer
 from rich.table import Table
 
 from zenvoy.cli.log_commands import LOG_COMMANDS
+from zenvoy.cli.new import NEW
 from zenvoy.cli.options import (
+    AllowCodeOption,
     Bus,
     DurationOption,
     ScenarioArgument,
@@ -46,6 +48,9 @@ app = App(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+
+app.add_typer(NEW, name="new")
 
 
 def _print_version(asked: bool) -> None:
@@ -99,10 +104,19 @@ def run(
         ),
     ] = None,
     strict: StrictOption = False,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Run a scenario; leaves its log, its summary and a log per process in a folder."""
     clock = "realtime" if realtime else None
-    loaded = scenario_of(scenario, overrides, seed, duration_s, clock=clock, speed=speed)
+    loaded = scenario_of(
+        scenario,
+        overrides,
+        seed,
+        duration_s,
+        clock=clock,
+        speed=speed,
+        allow_code=allow_code,
+    )
     if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
         refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
     if per_process < 1:
@@ -141,12 +155,13 @@ def vehicle(
     timeout_s: Annotated[
         float, typer.Option(help="How long to wait for the run to answer, s [0.1 to 86400].")
     ] = 10.0,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Join a run in place of a vehicle that is missing."""
     from zenvoy.cli.join import join
 
     with interruptible():
-        code = join(vehicle, run, connect or (), timeout_s, console, errors)
+        code = join(vehicle, run, connect or (), timeout_s, console, errors, allow_code=allow_code)
     os._exit(settle(code))  # a session that is open would keep the interpreter from leaving
 
 
@@ -167,9 +182,10 @@ def show(
     overrides: SetOption = None,
     seed: SeedOption = None,
     duration_s: DurationOption = None,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Print the effective scenario with all defaults; itself a valid scenario file."""
-    shown = scenario_of(scenario, overrides, seed, duration_s).scenario
+    shown = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code).scenario
     # Scenarios are UTF-8, and so is what is shown of one, or else of ASCII alone.
     utf = sys.stdout.encoding.lower().startswith("utf")
     sys.stdout.write(effective_yaml(shown, ascii_only=not utf))
@@ -177,10 +193,13 @@ def show(
 
 @app.command()
 def check(
-    scenario: ScenarioArgument, overrides: SetOption = None, strict: StrictOption = False
+    scenario: ScenarioArgument,
+    overrides: SetOption = None,
+    strict: StrictOption = False,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Say whether a scenario is valid, and all that is wrong with it."""
-    loaded = scenario_of(scenario, overrides, None, None)
+    loaded = scenario_of(scenario, overrides, None, None, allow_code=allow_code)
     _tell_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
     console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
@@ -201,13 +220,13 @@ def channel(
     seed: SeedOption = None,
     duration_s: Annotated[float, typer.Option(help="How long to look at it, s.")] = 60.0,
     out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-channel].")] = None,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Draw what the channel of a scenario does to beacons: latency, loss, bursts, age."""
     from zenvoy.cli.channel import channel
 
-    raise typer.Exit(
-        channel(scenario_of(scenario, overrides, seed, duration_s), out, console, errors)
-    )
+    loaded = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code)
+    raise typer.Exit(channel(loaded, out, console, errors))
 
 
 @app.command()

@@ -24,13 +24,15 @@ def join(
     limit_s: float,
     console: Console,
     errors: Console,
+    *,
+    allow_code: bool = False,
 ) -> int:
     """Join, and drive the vehicle to the end of the run; the exit code of the command."""
     if not _SHORTEST_S <= limit_s <= _LONGEST_S:  # NaN is neither below nor above
         errors.print(f"--timeout-s {limit_s:g}: is not in [{_SHORTEST_S}, {_LONGEST_S}]")
         return exits.BAD_INPUT
     try:
-        vacancy = find(vehicle, run, connect, limit_s)
+        vacancy = find(vehicle, run, connect, limit_s, allow_code=allow_code)
     except (JoinError, GuestsError, NoAnswerError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT

@@ -49,6 +49,14 @@ StrictOption = Annotated[
 ]
 
 
+AllowCodeOption = Annotated[
+    bool,
+    typer.Option(
+        "--allow-code", help="Run laws that are neither beside the scenario nor installed."
+    ),
+]
+
+
 def scenario_of(
     scenario: str,
     overrides: list[str] | None,
@@ -57,10 +65,17 @@ def scenario_of(
     *,
     clock: str | None = None,
     speed: float | None = None,
+    allow_code: bool = False,
 ) -> Loaded:
     try:
         return load(
-            scenario, overrides or (), seed=seed, duration_s=duration_s, clock=clock, speed=speed
+            scenario,
+            overrides or (),
+            seed=seed,
+            duration_s=duration_s,
+            clock=clock,
+            speed=speed,
+            allow_code=allow_code,
         )
     except ScenarioError as error:
         refuse(str(error))

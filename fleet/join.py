@@ -19,7 +19,9 @@ from zenvoy.bus.topics import plain_name, vehicle_name
 from zenvoy.fleet.guests import read_meeting
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.requests import requests_to_end
-from zenvoy.scenarios import Scenario
+from zenvoy.laws import builtin
+from zenvoy.laws.by_name import UnknownLawError, resolve
+from zenvoy.scenarios import Scenario, modes
 from zenvoy.vehicles.knowledge import prepare
 from zenvoy.vehicles.process import run_vehicle
 
@@ -43,7 +45,9 @@ class Vacancy:
         return vehicle_name(self.vehicle, self.scenario.fleet.size)
 
 
-def find(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Vacancy:
+def find(
+    vehicle: int, run: str, connect: Sequence[str], limit_s: float, *, allow_code: bool = False
+) -> Vacancy:
     """Ask a run for its scenario, and for the place of a vehicle in it.
 
     `run` is the folder of the run; or its name, where `connect` says where it is met. Raises
@@ -51,6 +55,7 @@ def find(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Vaca
     """
     run, endpoints = _where(run, connect)
     scenario = _scenario(vehicle, run, endpoints, limit_s)
+    _bring_laws(scenario, allow_code)
     return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario)
 
 
@@ -87,6 +92,20 @@ def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) ->
                 f"allowed: a vehicle that the run was started --without, or that is a process"
             )
     return scenario
+
+
+def _bring_laws(scenario: Scenario, allow_code: bool) -> None:
+    """Look up the laws of the scenario's own: those of installed packages, or of files here.
+
+    What a run names is not to choose which files of this folder are run, so these need leave.
+    """
+    for model in modes(scenario):
+        if model not in builtin():
+            try:
+                resolve(model, Path() if allow_code else None, allow_code=allow_code)
+            except UnknownLawError as error:
+                hint = "" if allow_code else "; --allow-code looks in this folder"
+                raise JoinError(f"law {model}: {error}{hint}") from error
 
 
 class Guest:

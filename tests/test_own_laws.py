@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +12,14 @@ import pytest
 
 from tests.conftest import zenvoy
 from tests.logs import write_log
+from zenvoy.analysis.compare.pictures import Labelled, colours
 from zenvoy.analysis.log.export import export
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.page.report import models
 from zenvoy.analysis.theory.laws import Coupling
 from zenvoy.analysis.theory.of_run import NoTheoryError, theory_of
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.studies.cell import Cell
 
 IDM = """
 from dataclasses import dataclass
@@ -312,3 +316,41 @@ def test_code_is_found_beside_the_scenario_wherever_the_command_is(laws: Path) -
     (folder / "s.yaml").write_text('control: {model: "idm:smith"}')
     assert zenvoy(laws, "check", "deep/s.yaml").code == 0
     assert zenvoy(laws, "check", "quickstart", "--set", "control.model=idm:smith").code == 0
+
+
+def test_code_from_elsewhere_runs_only_by_leave(laws: Path) -> None:
+    (laws.parent / "away.py").write_text(IDM)
+    (laws / "s.yaml").write_text('control: {model: "../away.py:smith"}')
+    assert zenvoy(laws, "check", "s.yaml").code == 2
+    assert zenvoy(laws, "check", "s.yaml", "--allow-code").code == 0
+
+
+def test_a_study_knows_a_changed_source(laws: Path) -> None:
+    cell = Cell(scenario=str(laws / "mixed.yaml"), seed=1)
+    before = cell.key()
+    assert cell.key() == before
+    (laws / "idm.py").write_text(IDM.replace("1.4", "1.5"))
+    assert cell.key() != before
+
+
+def test_a_comparison_has_the_colours_of_the_laws(laws: Path) -> None:
+    text = "{duration_s: 2, fleet: {size: 3}, control: {model: %s}}"
+    runs = [
+        Labelled(name, load(write_log(laws / f"{number}.mcap", text % model)))
+        for number, (name, model) in enumerate([("a", '"idm:smith"'), ("b", "BCM")])
+    ]
+    assert colours(runs) == ["#CC79A7", "#D55E00"]
+
+
+def test_what_new_writes_runs_and_passes_its_test(tmp_path: Path) -> None:
+    assert zenvoy(tmp_path, "new", "law", "gap_keeper").code == 0
+    outcome = zenvoy(tmp_path, "check", "gap_keeper.yaml", "--strict")
+    assert (outcome.code, outcome.err) == (0, "")
+    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_gap_keeper.py"]
+    found = subprocess.run(tests, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "4 passed" in found.stdout, found.stdout
+    again = zenvoy(tmp_path, "new", "law", "gap_keeper")
+    assert (again.code, again.err) == (2, "gap_keeper.py: is there already\n")
+    wrong = zenvoy(tmp_path, "new", "law", "gap keeper")
+    assert wrong.code == 2
+    assert "is not the name of a Python module" in wrong.err

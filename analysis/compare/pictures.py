@@ -70,10 +70,13 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
 
 def colours(runs: Sequence[Labelled]) -> list[str]:
     """A colour per run: that of the model it ends with where these differ, or else in turn."""
-    last = [{settings.phases[-1][1] for settings in roster(run.scenario)} for _, run in runs]
+    last = [{settings.phases[-1].model for settings in roster(run.scenario)} for _, run in runs]
     models = [model for of_run in last for model in of_run]
     if len(models) == len(set(models)) == len(runs):
-        return [style.MODEL_COLOURS[model] for model in models]
+        own = {law.reference: law.colour for _, run in runs for law in run.laws.values()}
+        found = [own.get(model) for model in models]
+        if None not in found:
+            return [colour for colour in found if colour is not None]
     return [style.CYCLE[number % len(style.CYCLE)] for number in range(len(runs))]
 
 

@@ -1,0 +1,132 @@
+"""`zenvoy new`: files to begin with."""
+
+from __future__ import annotations
+
+import keyword
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from zenvoy.cli.terminal import console, refuse
+
+NEW = typer.Typer(help="Write files to begin with.", no_args_is_help=True)
+
+_LAW: Final = '''"""{title}: adaptive cruise control with a constant time gap.
+
+Ioannou and Chien (1993), "Autonomous intelligent cruise control".
+"""
+
+from dataclasses import dataclass
+
+from zenvoy.laws import Column, Law, Linear, Observation, Output, Setpoint
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Time gap h (s), gap at standstill (m, from front to front), gain (1/s)."""
+
+    time_gap_s: float = 1.2
+    standstill_m: float = 7.0
+    gain: float = 0.4
+
+
+def acceleration(seen: Observation, own: Parameters) -> Output:
+    """Return the acceleration of the host, m/s², and the error of its gap, m.
+
+    This is arithmetic alone, so that it serves floats and arrays alike. For choices there are
+    `where`, `smaller` and `larger` in zenvoy.laws.
+    """
+    error = seen.ahead.p - own.standstill_m - own.time_gap_s * seen.speed
+    return Output((seen.ahead.v + own.gain * error) / own.time_gap_s, logged=(error,))
+
+
+def linear(own: Parameters, setpoint: Setpoint, m: int) -> Linear:
+    """Return the law near its equilibrium, for the theory in the report."""
+    h = own.time_gap_s
+    return Linear((1.0,), (), k_d=own.gain / h, k_v=1.0 / h, k_c=own.gain)
+
+
+{name} = Law(
+    name="{title}",
+    acceleration=acceleration,
+    parameters=Parameters,
+    columns=(Column("gap_error", "m"),),
+    colour="#CC79A7",
+    linear=linear,
+)
+'''
+_TEST: Final = '''"""The law at points worked out by hand, and in a fleet."""
+
+from pathlib import Path
+
+import numpy as np
+import {name}
+
+import zenvoy
+from zenvoy.laws import Observation, Relative, Setpoint
+
+WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
+OWN = {name}.Parameters(time_gap_s=1.0, standstill_m=5.0, gain=0.5)
+
+
+def seen(speed, gap, relative_speed=0.0):
+    return Observation(speed, WANTED, Relative(gap, relative_speed))
+
+
+def test_nothing_to_do_in_equilibrium():
+    assert {name}.acceleration(seen(20.0, 25.0), OWN).acceleration == 0.0
+
+
+def test_too_near_it_brakes():
+    assert {name}.acceleration(seen(20.0, 23.0), OWN).acceleration == -1.0  # 0.5 * -2
+
+
+def test_arrays_give_the_same_as_numbers():
+    gaps = np.array([23.0, 25.0, 40.0])
+    one_by_one = [{name}.acceleration(seen(20.0, gap), OWN).acceleration for gap in gaps]
+    together = {name}.acceleration(seen(20.0, gaps), OWN).acceleration
+    assert together.tolist() == one_by_one
+
+
+def test_a_fleet_keeps_its_time_gap(tmp_path):
+    scenario = Path(__file__).with_name("{name}.yaml")
+    run = zenvoy.run(scenario, engine="in-process", out=tmp_path / "run")
+    position, speed = run.truth["position"], run.truth["speed"]
+    gaps = position[:, :-1] - position[:, 1:]
+    assert gaps.min() > 5.0  # the length of a vehicle: nobody collides
+    assert abs(gaps[-1, 0] - 7.0 - 1.2 * speed[-1, 1]) < 0.5
+'''
+_SCENARIO: Final = """description: a fleet under {title}, and its leader brakes
+duration_s: 60
+road: {{type: open}}
+fleet: {{size: 6, gap_m: 43, speed_mps: 30}}
+control:
+  model: "{name}:{name}"
+  parameters: {{time_gap_s: 1.2}}
+  desired_gap_m: 43
+sensors: {{error: 0}}
+events: [{{type: brake, vehicle: 1, at_s: 10, duration_s: 3, deceleration_mps2: 2}}]
+"""
+
+
+@NEW.command()
+def law(
+    name: Annotated[str, typer.Argument(help="Name of the law, which is that of its file.")],
+    folder: Annotated[Path, typer.Option(help="Where to write.")] = Path(),
+) -> None:
+    """Write a control law to begin with, a scenario that runs it, and a test that passes."""
+    if not name.isidentifier() or keyword.iskeyword(name) or not name.isascii():
+        refuse(f"{name!r} is not the name of a Python module; allowed: letters, digits and _")
+    texts = {f"{name}.py": _LAW, f"test_{name}.py": _TEST, f"{name}.yaml": _SCENARIO}
+    for file in texts:
+        if (folder / file).exists():
+            refuse(f"{folder / file}: is there already")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file, text in texts.items():
+            filled = text.format(name=name, title=name.replace("_", " "))
+            (folder / file).write_text(filled, "utf-8")
+            console.print(str(folder / file), highlight=False, soft_wrap=True)
+    except OSError as error:
+        refuse(f"{folder}: {error.strerror}")
