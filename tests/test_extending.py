@@ -1,0 +1,44 @@
+"""docs/extending.md as it stands: its files are written, and its commands run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Final
+
+from tests.conftest import zenvoy
+from zenvoy.analysis.log.load import load
+
+PAGE: Final = Path(__file__).parents[1] / "docs" / "extending.md"
+
+
+def blocks() -> list[tuple[str, str, str]]:
+    """Language, name of the file ("" for commands) and text of each block of the page."""
+    text = PAGE.read_text("utf-8")
+    return [
+        (language, name, body)
+        for language, name, body in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```$", text, re.M | re.S)
+    ]
+
+
+def test_the_page_goes_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> None:
+    commands = []
+    for language, name, body in blocks():
+        if language == "sh":
+            commands += body.splitlines()
+        else:
+            (tmp_path / name).write_text(body)
+    assert len(commands) == 6
+    for line in commands:
+        program, *arguments = shlex.split(line)
+        assert program == "zenvoy"
+        outcome = zenvoy(tmp_path, *arguments)
+        assert (outcome.code, outcome.err) == (0, ""), line
+    run = load(tmp_path / "idm" / "run.mcap")
+    assert run.estimate["IDM.wanted_gap"].shape == (600, 8)
+    assert run.units["/fleet/estimate"]["IDM.wanted_gap"] == "m"
+    report = (tmp_path / "idm" / "run-analysis" / "report.html").read_text()
+    assert "idm:IDM" in report
+    assert "IDM.wanted_gap" in (tmp_path / "idm" / "csv" / "estimate.csv").read_text()
+    assert (tmp_path / "comparison" / "compare-speeds.png").exists()
