@@ -7,7 +7,8 @@ from collections import Counter
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.fleet.agents import agents_of
 from zenvoy.laws import builtin
-from zenvoy.scenarios import MultiNode, Scenario, roster
+from zenvoy.laws.by_name import ESTIMATORS
+from zenvoy.scenarios import Estimator, MultiNode, Scenario, roster
 from zenvoy.vehicles.knowledge import prepare
 
 
@@ -19,15 +20,17 @@ def rehearse(scenario: Scenario) -> None:
     """
     prepare(scenario)
     # The model that most of the fleet ends up with; what is said of single vehicles does not apply.
-    # A law of the user's own is left out: what it does wrong belongs to a vehicle and an instant.
+    # Code of the user's own is left out: what it does wrong belongs to a vehicle and an instant.
     models = Counter(settings.phases[-1].model for settings in roster(scenario))
     known = [model for model, _ in models.most_common() if model in builtin()] or ["FM"]
     control = scenario.control.model_copy(
         update={"model": known[0], "schedule": (), "multi_node": MultiNode(), "parameters": ()}
     )
     size = 2 * control.multi_node.neighbours + 1
+    estimator = scenario.estimator
     changes = {
         "control": control,
+        "estimator": estimator if estimator.kind in ESTIMATORS.taken() else Estimator(),
         "fleet": scenario.fleet.model_copy(update={"size": size, "groups": ()}),
         "events": (),
         "duration_s": 64 * scenario.period_ns * 1e-9,

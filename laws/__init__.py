@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from zenvoy.laws.arithmetic import clipped, larger, root, smaller, where
+from zenvoy.laws.estimator import Estimator, LinearModel, Tracker
 from zenvoy.laws.law import (
     Column,
     Law,
@@ -18,8 +19,10 @@ from zenvoy.laws.table import bring, builtin, find, law_of, parameters_from
 
 __all__ = [
     "Column",
+    "Estimator",
     "Law",
     "Linear",
+    "LinearModel",
     "Motion",
     "Needs",
     "NoParameters",
@@ -28,6 +31,7 @@ __all__ = [
     "Output",
     "Relative",
     "Setpoint",
+    "Tracker",
     "bring",
     "builtin",
     "clipped",

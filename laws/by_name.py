@@ -11,16 +11,29 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import sys
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from importlib.metadata import entry_points, packages_distributions, version
 from pathlib import Path
 from types import ModuleType
-from typing import Final
+from typing import Final, NamedTuple
 
+from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Law
 from zenvoy.laws.table import bring, builtin
 
-GROUP: Final = "zenvoy.laws"
+
+class Kind(NamedTuple):
+    """What is looked for: its record, the group of its entry points, and names that are taken."""
+
+    record: type[Law] | type[Estimator]
+    group: str
+    taken: Callable[[], Collection[str]]
+
+
+LAWS: Final = Kind(Law, "zenvoy.laws", builtin)
+ESTIMATORS: Final = Kind(Estimator, "zenvoy.estimators", lambda: ("kalman", "ekf", "ukf"))
+
 _LARGEST_BYTES: Final = 16 << 20
 _DIGITS: Final = 12  # of the hash: enough to tell sources apart, short enough to be read
 
@@ -39,34 +52,38 @@ class Source:
     version: str = ""
 
 
-def resolve(reference: str, folder: Path | None, *, allow_code: bool = False) -> str:
-    """Make the law of a reference known here, and return the reference with the source's hash.
+def resolve(
+    reference: str, folder: Path | None, kind: Kind = LAWS, *, allow_code: bool = False
+) -> str:
+    """Make what a reference stands for known here, and return the reference with the source's hash.
 
     `folder` is that of the scenario; without one, only installed code is found. Code elsewhere is
     not run unless `allow_code`. Raises UnknownLawError.
     """
     base, _, digest = reference.partition("#")
-    if base in builtin():
+    if base in kind.taken():
         return base
-    target = base if ":" in base else _entry_point(base)
+    target = base if ":" in base else _entry_point(base, kind)
     module, _, attribute = target.rpartition(":")
     source = _source(module, folder, allow_code=allow_code)
     short = source.sha256[:_DIGITS]
     if digest and digest != short:
         raise UnknownLawError(f"its source has changed: the hash is {short}, not {digest}")
-    law = _law_in(source, attribute)
-    if law.name in builtin():
-        raise UnknownLawError(f"its name {law.name} is that of a law of the library")
+    law = _record_in(source, attribute, kind)
+    if law.name in kind.taken():
+        raise UnknownLawError(f"its name {law.name} is taken by one of Zenvoy's own")
     full = f"{target}#{short}"
     bring(full, law)
     return full
 
 
-def _entry_point(name: str) -> str:
-    found = [point for point in entry_points(group=GROUP) if point.name == name]
+def _entry_point(name: str, kind: Kind) -> str:
+    found = [point for point in entry_points(group=kind.group) if point.name == name]
     if not found:
-        names = [*builtin(), *sorted(point.name for point in entry_points(group=GROUP))]
-        raise UnknownLawError(f"no such law; allowed: {', '.join(names)}, or module:attribute")
+        names = [*kind.taken(), *sorted(point.name for point in entry_points(group=kind.group))]
+        what = kind.record.__name__.lower()
+        allowed = f"{', '.join(names)}, or module:attribute"
+        raise UnknownLawError(f"no such {what}; allowed: {allowed}")
     return found[0].value.replace(" ", "")
 
 
@@ -126,15 +143,17 @@ def _installed(name: str, folder: Path | None, *, allow_code: bool) -> Source:
     return Source(module=module, path=path, sha256=sha256, version=found)
 
 
-def _law_in(source: Source, attribute: str) -> Law:
+def _record_in(source: Source, attribute: str, kind: Kind) -> Law | Estimator:
     found: object = source.module
     for part in attribute.split("."):
         found = getattr(found, part, None)
-    if isinstance(found, Law):
+    if isinstance(found, kind.record):
         return found
-    laws = sorted(name for name, value in vars(source.module).items() if isinstance(value, Law))
-    what = "has no" if found is None else "has a value that is no Law,"
-    allowed = f"; allowed: {', '.join(laws)}" if laws else "; it has no Law at all"
+    name_of = kind.record.__name__
+    there = vars(source.module).items()
+    laws = sorted(name for name, value in there if isinstance(value, kind.record))
+    what = "has no" if found is None else f"has a value that is no {name_of},"
+    allowed = f"; allowed: {', '.join(laws)}" if laws else f"; it has no {name_of} at all"
     raise UnknownLawError(f"{source.path.name} {what} {attribute}{allowed}")
 
 
@@ -150,6 +169,6 @@ def _said(error: Exception) -> str:
     return f"{type(error).__name__}: {said}" + (f" (line {line})" if line else "")
 
 
-def has_entry_point(name: str) -> bool:
-    """Return whether an installed package offers a law of that name."""
-    return any(point.name == name for point in entry_points(group=GROUP))
+def has_entry_point(name: str, kind: Kind = LAWS) -> bool:
+    """Return whether an installed package offers one of that name."""
+    return any(point.name == name for point in entry_points(group=kind.group))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 from types import TracebackType
-
-from zenvoy.laws.law import Law
 
 
 class LawError(Exception):
@@ -17,25 +16,34 @@ class LawError(Exception):
     process: str = ""
 
 
-def raised(law: Law, error: Exception) -> LawError:
-    """Return what to say of an error that came out of a law: its kind, and the law's own line."""
+def raised(name: str, code: object, error: Exception) -> LawError:
+    """Return what to say of an error that came out of a law: its kind, and the law's own line.
+
+    `name` says what the code is, such as "law IDM"; `code` is its function or class.
+    """
     said = f"{type(error).__name__}: {error}".rstrip(": ")
-    return LawError(f"law {law.name} raised {said}{_deepest(error.__traceback__, law)}")
+    return LawError(f"{name} raised {said}{_deepest(error.__traceback__, _file(code))}")
 
 
-def useless(law: Law, what: str) -> LawError:
+def useless(name: str, code: object, what: str) -> LawError:
     """Return what to say of a law that returns what is of no use, with the place of the law."""
-    code = getattr(law.acceleration, "__code__", None)
-    place = f" ({Path(code.co_filename).name}, line {code.co_firstlineno})" if code else ""
-    return LawError(f"law {law.name} {what}{place}")
+    first = getattr(getattr(code, "__code__", None), "co_firstlineno", None)
+    place = f" ({Path(_file(code)).name}, line {first})" if first is not None else ""
+    return LawError(f"{name} {what}{place}")
 
 
-def _deepest(trace: TracebackType | None, law: Law) -> str:
+def _file(code: object) -> str:
+    try:
+        return inspect.getfile(code)  # type: ignore[arg-type]  # TypeError where it has none
+    except (TypeError, OSError):
+        return ""
+
+
+def _deepest(trace: TracebackType | None, file: str) -> str:
     """The innermost line in the law's own file, and not in a library that it calls."""
-    code = getattr(law.acceleration, "__code__", None)
     lines = []
     while trace is not None:
-        if code is not None and trace.tb_frame.f_code.co_filename == code.co_filename:
+        if trace.tb_frame.f_code.co_filename == file:
             lines.append(trace.tb_lineno)
         trace = trace.tb_next
-    return f" ({Path(code.co_filename).name}, line {lines[-1]})" if code and lines else ""
+    return f" ({Path(file).name}, line {lines[-1]})" if lines else ""

@@ -11,9 +11,10 @@ from types import MappingProxyType
 from typing import Any
 
 from zenvoy.laws import library
+from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Law
 
-_brought: dict[str, Law] = {}
+_brought: dict[str, Law | Estimator] = {}
 
 
 @cache
@@ -25,14 +26,15 @@ def builtin() -> Mapping[str, Law]:
     return MappingProxyType({law.name: law for law in laws})
 
 
-def bring(reference: str, law: Law) -> None:
-    """Make a law known in this process, and in those that it forks, by its reference."""
+def bring(reference: str, law: Law | Estimator) -> None:
+    """Make a law or an estimator known by its reference, here and in forked processes."""
     _brought[reference] = law
 
 
 def find(reference: str) -> Law | None:
     """Return the law of a name or reference; None where no code of it is known here."""
-    return builtin().get(reference) or _brought.get(reference)
+    law = builtin().get(reference) or _brought.get(reference)
+    return law if isinstance(law, Law) else None
 
 
 def law_of(reference: str) -> Law:
@@ -41,6 +43,14 @@ def law_of(reference: str) -> Law:
     if law is None:
         raise KeyError(reference)
     return law
+
+
+def estimator_of(reference: str) -> Estimator:
+    """Return the estimator of a reference that is known here; raises KeyError."""
+    estimator = _brought.get(reference)
+    if not isinstance(estimator, Estimator):
+        raise KeyError(reference)
+    return estimator
 
 
 def parameters_from(law: Law, section: object) -> Any:

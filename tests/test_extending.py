@@ -29,7 +29,7 @@ def test_the_page_goes_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> N
             commands += body.splitlines()
         else:
             (tmp_path / name).write_text(body)
-    assert len(commands) == 6
+    assert len(commands) == 7
     for line in commands:
         program, *arguments = shlex.split(line)
         assert program == "zenvoy"

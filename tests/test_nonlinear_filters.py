@@ -15,15 +15,17 @@ from numpy.typing import NDArray
 
 from tests.conftest import run
 from zenvoy.analysis import read_fleet
+from zenvoy.laws import NoParameters
 from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import Filter
 from zenvoy.vehicles.filters import StateFilter, state_filter
 from zenvoy.vehicles.linear import linear_model
-from zenvoy.vehicles.nonlinear import NonlinearFilter, upper_root
+from zenvoy.vehicles.nonlinear import EXTENDED, UNSCENTED, TrackingFilter, upper_root
 
 Floats = NDArray[np.float64]
 Variances = tuple[float, ...]
 Kind = Literal["ekf", "ukf"]
+BY_KIND = {"ekf": EXTENDED, "ukf": UNSCENTED}
 KINDS: list[Kind] = ["ekf", "ukf"]
 
 T_NS = 100_000_000
@@ -59,7 +61,7 @@ def compare(
     R goes through `phases`, each for an equal part of the steps.
     """
     size = len(phases[0])
-    other = NonlinearFilter(kind, period_s, acceleration_std)
+    other = TrackingFilter(BY_KIND[kind], NoParameters(), period_s, acceleration_std)
     plain = Filter(period_s, acceleration_std)
     F, B, _ = linear_model(period_s, acceleration_std, size)  # noqa: N806
     random = np.random.default_rng(seed)
@@ -213,7 +215,7 @@ def test_the_model_is_the_paper_s() -> None:
 def test_the_setting_chooses() -> None:
     assert type(new("kalman")) is Filter
     for kind in KINDS:
-        assert type(new(kind)) is NonlinearFilter
+        assert type(new(kind)) is TrackingFilter
     assert Estimator().kind == "kalman"
 
 

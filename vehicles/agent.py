@@ -94,7 +94,14 @@ class VehicleAgent:
         return flaw
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Beacon on a sense, command on a receive."""
+        """Beacon on a sense, command on a receive. Raises LawError with the vehicle's name."""
+        try:
+            return self._step(now_ns, inbox)
+        except LawError as error:
+            error.process = self.name
+            raise
+
+    def _step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         if self._senses:
             self._senses = False
             return [Envelope(BEACON, self.vehicle, self._tell(inbox.one(SENSE)))]
@@ -127,20 +134,16 @@ class VehicleAgent:
         known, effective_ns = self._known, now_ns + self._delay_ns
         predicted = known.predict(effective_ns) if self._estimates else None
         controller = self._controller_at(now_ns)
-        try:
-            decision = decide(
-                controller,
-                self._position,
-                self._view(controller, now_ns),
-                predicted,
-                self._aim_at(now_ns),
-                self._memory.recalled(controller, self._cycle),
-                self._period_ns * 1e-9,
-                partial(self._uniform, self._cycle),
-            )
-        except LawError as error:
-            error.process = self.name
-            raise
+        decision = decide(
+            controller,
+            self._position,
+            self._view(controller, now_ns),
+            predicted,
+            self._aim_at(now_ns),
+            self._memory.recalled(controller, self._cycle),
+            self._period_ns * 1e-9,
+            partial(self._uniform, self._cycle),
+        )
         self._memory.keep(controller, self._cycle, decision.state)
         known.command(effective_ns, decision.acceleration)
         values = (

@@ -186,7 +186,7 @@ def _applied(controller: Controller, observation: Observation) -> Output:
         with nullcontext() if limit_s is None else time_limit(limit_s):
             returned = law.acceleration(observation, controller.parameters)
     except Exception as error:
-        raise raised(law, error) from error
+        raise raised(f"law {law.name}", law.acceleration, error) from error
     output = returned if isinstance(returned, Output) else Output(returned)
     try:
         is_number = isfinite(output.acceleration) and all(map(isfinite, output.state))
@@ -194,8 +194,9 @@ def _applied(controller: Controller, observation: Observation) -> Output:
     except TypeError:
         is_number = has_columns = False
     if not is_number:
-        raise useless(law, f"returned {output.acceleration!r}, which is no acceleration")
+        text = f"returned {output.acceleration!r}, which is no acceleration"
+        raise useless(f"law {law.name}", law.acceleration, text)
     if not has_columns:
         text = f"returned {output.logged!r} to be logged, not {len(law.columns)} numbers"
-        raise useless(law, text)
+        raise useless(f"law {law.name}", law.acceleration, text)
     return output

@@ -1,14 +1,18 @@
-"""The filter that a scenario chooses (`estimator.kind`): one interface, three computations."""
+"""The filter that a scenario chooses (`estimator.kind`): one interface, several computations."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
+from zenvoy.laws.parameters import parameters_of
+from zenvoy.laws.table import estimator_of
 from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import Filter
 from zenvoy.vehicles.linear import Array
-from zenvoy.vehicles.nonlinear import NonlinearFilter
+from zenvoy.vehicles.nonlinear import EXTENDED, UNSCENTED, TrackingFilter
+
+_BUILTIN: Final = {one.name: one for one in (EXTENDED, UNSCENTED)}
 
 
 class StateFilter(Protocol):
@@ -39,4 +43,6 @@ def state_filter(settings: Estimator, period_ns: int) -> StateFilter:
     period_s, acceleration_std = period_ns * 1e-9, settings.acceleration_std_mps2
     if settings.kind == "kalman":
         return Filter(period_s, acceleration_std)
-    return NonlinearFilter(settings.kind, period_s, acceleration_std)
+    estimator = _BUILTIN.get(settings.kind) or estimator_of(settings.kind)
+    parameters = parameters_of(estimator.parameters, dict(settings.parameters))
+    return TrackingFilter(estimator, parameters, period_s, acceleration_std)

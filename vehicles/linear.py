@@ -6,20 +6,11 @@ the same without its first row. What is read is the state itself (H = I).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from zenvoy.laws.estimator import Array, LinearModel
 
-
-class LinearModel(NamedTuple):
-    """x' = F x + B a + w: F (n, n), B (n, 1) and Q (n, n), the covariance of w."""
-
-    F: Array
-    B: Array
-    Q: Array
+__all__ = ["Array", "LinearModel", "linear_model"]
 
 
 def linear_model(period_s: float, acceleration_std: float, size: int) -> LinearModel:

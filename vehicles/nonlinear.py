@@ -9,35 +9,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final, Literal, Protocol
+from typing import Final
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from zenvoy.vehicles.linear import Array, LinearModel, linear_model
+from zenvoy.laws.errors import raised
+from zenvoy.laws.estimator import Array, Estimator, LinearModel, Moments, Tracker
+from zenvoy.vehicles.linear import linear_model
 
-Moments = tuple[Array, Array]
-"""State x (n,) and its covariance P (n, n)."""
 
-
-class Tracker(Protocol):
-    """One of filterpy's filters, from a first reading z (n,) of covariance R (n, n) on."""
+class Extended:
+    """filterpy's ExtendedKalmanFilter."""
 
     def __init__(
         self,
         model: LinearModel,
         z: Array,
         R: Array,  # noqa: N803  # the letter of the field
-    ) -> None: ...
-
-    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
-        """Predict with each acceleration (m/s²), then take in a reading."""
-
-
-class Extended:
-    """filterpy's ExtendedKalmanFilter."""
-
-    def __init__(self, model: LinearModel, z: Array, R: Array) -> None:  # noqa: N803
+        _: object = None,
+    ) -> None:
         self._kalman = ExtendedKalmanFilter(dim_x=len(z), dim_z=len(z), dim_u=1)
         self._kalman.F, self._kalman.B, self._kalman.Q = model
         self._kalman.x, self._kalman.P = z, R
@@ -57,7 +48,13 @@ class Unscented:
     β = 2 is the one for Gaussian errors.
     """
 
-    def __init__(self, model: LinearModel, z: Array, R: Array) -> None:  # noqa: N803
+    def __init__(
+        self,
+        model: LinearModel,
+        z: Array,
+        R: Array,  # noqa: N803  # the letter of the field
+        _: object = None,
+    ) -> None:
         size, control = len(z), model.B[:, 0]
 
         def moved(x: Array, _dt: None, a: float) -> Array:
@@ -89,16 +86,20 @@ class Unscented:
         return kalman.x, kalman.P
 
 
-_TRACKERS: Final[dict[str, type[Tracker]]] = {"ekf": Extended, "ukf": Unscented}
+EXTENDED: Final = Estimator(name="ekf", start=Extended)
+UNSCENTED: Final = Estimator(name="ukf", start=Unscented)
 
 
-class NonlinearFilter:
-    """As `estimator.Filter`, by filterpy's EKF or UKF, with every gain computed anew."""
+class TrackingFilter:
+    """As `estimator.Filter`, by the tracker of an estimator, with every gain computed anew.
+
+    Raises LawError where the estimator raises, or returns what is no state.
+    """
 
     def __init__(
-        self, kind: Literal["ekf", "ukf"], period_s: float, acceleration_std: float
+        self, estimator: Estimator, parameters: object, period_s: float, acceleration_std: float
     ) -> None:
-        self._start = _TRACKERS[kind]
+        self._estimator, self._parameters = estimator, parameters
         self._period_s, self._acceleration_std = period_s, acceleration_std
         self._tracker: Tracker | None = None
         self._covariance: Array | None = None
@@ -128,13 +129,27 @@ class NonlinearFilter:
     ) -> None:
         """Predict one period for each input, then take in the measurement, as `Filter.step`."""
         reading, error = np.array(z), np.diag(variances)
-        if self._tracker is None:
-            model = linear_model(self._period_s, self._acceleration_std, len(z))
-            self._tracker = self._start(model, reading, error)
-            state, self._covariance = reading, error
-        else:
-            state, self._covariance = self._tracker.step(inputs, reading, error)
+        estimator = self._estimator
+        try:
+            if self._tracker is None:
+                model = linear_model(self._period_s, self._acceleration_std, len(z))
+                self._tracker = estimator.start(model, reading, error, self._parameters)
+                state, covariance = reading, error
+            else:
+                state, covariance = _checked(*self._tracker.step(inputs, reading, error), len(z))
+        except Exception as failure:
+            raise raised(f"estimator {estimator.name}", estimator.start, failure) from failure
+        self._covariance = covariance
         self.x = tuple(state.tolist())
+
+
+def _checked(state: Array, covariance: Array, size: int) -> Moments:
+    """Both as they are; raises ValueError where they are no state and its covariance."""
+    if state.shape != (size,) or covariance.shape != (size, size):
+        raise ValueError(f"returned a state {state.shape} and a covariance {covariance.shape}")
+    if not (np.isfinite(state).all() and (covariance.diagonal() >= 0.0).all()):
+        raise ValueError(f"returned a state {state} with variances {covariance.diagonal()}")
+    return state, covariance
 
 
 def upper_root(P: Array) -> Array:  # noqa: N803

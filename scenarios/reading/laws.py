@@ -1,4 +1,4 @@
-"""The laws that a scenario names: their code is found, and their parameters are checked."""
+"""Laws and estimators that a scenario names: their code is found, their parameters are checked."""
 
 from __future__ import annotations
 
@@ -9,9 +9,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from zenvoy.laws import Law, builtin, law_of
-from zenvoy.laws.by_name import UnknownLawError, has_entry_point, resolve
+from zenvoy.laws import builtin, law_of
+from zenvoy.laws.by_name import (
+    ESTIMATORS,
+    LAWS,
+    Kind,
+    UnknownLawError,
+    has_entry_point,
+    resolve,
+)
 from zenvoy.laws.parameters import model_of
+from zenvoy.laws.table import estimator_of
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.explain import Refusal, explained
 from zenvoy.scenarios.reading.origin import Origin
@@ -30,43 +38,48 @@ def with_laws(
     run: it lies beside the scenario or in an installed package, unless `allow_code`.
     """
     problems: list[Problem] = []
-    for path in _sections(root):
+    for path, key, kind in _sections(root):
         section = root.find(path)
         assert section is not None
-        model = section.child("model")
-        if model is None or not isinstance(model.value, str) or not _is_code(model.value):
-            if wrong := _without_code(section, path):
+        named = section.child(key)
+        if named is None or not isinstance(named.value, str) or not _is_code(named.value, kind):
+            if wrong := _without_code(section, path, kind):
                 problems += wrong
                 root = _without(root, path)
             continue
         try:
-            full = resolve(model.value, _folder(model, origins), allow_code=allow_code)
+            full = resolve(named.value, _folder(named, origins), kind, allow_code=allow_code)
         except UnknownLawError as error:
-            key, text = dotted((*path, "model")), f"{shown(model.value)}: {error}"
-            problems.append(Problem(key=key, text=text, place=model.place))
+            text = f"{shown(named.value)}: {error}"
+            problems.append(Problem(key=dotted((*path, key)), text=text, place=named.place))
             continue
-        root = planted(root, (*map(str, path), "model"), replace(model, value=full))
-        root, found = _with_parameters(root, path, full)
+        root = planted(root, (*map(str, path), key), replace(named, value=full))
+        record = law_of(full) if kind is LAWS else estimator_of(full)
+        root, found = _with_parameters(root, path, full, record.parameters)
         problems += found
     return root, problems
 
 
-def _sections(root: Node) -> Iterator[Path]:
-    """Paths of the sections that may name a law; that of the whole fleet comes first."""
-    for path in (_CONTROL, ("control", "schedule"), ("fleet", "groups")):
+def _sections(root: Node) -> Iterator[tuple[Path, str, Kind]]:
+    """Paths of the sections that may name code, the key that does, and what kind of code it is.
+
+    The law of the whole fleet comes before those of groups and of the schedule.
+    """
+    for path in (_CONTROL, ("control", "schedule"), ("fleet", "groups"), ("estimator",)):
+        key, kind = ("model", LAWS) if path[0] != "estimator" else ("kind", ESTIMATORS)
         node = root.find(path)
         if node is None:
             continue
         if isinstance(node.value, dict):
-            yield path
+            yield path, key, kind
         elif isinstance(node.value, tuple):
             for index, entry in enumerate(node.value):
                 if isinstance(entry.value, dict):
-                    yield (*path, index)
+                    yield (*path, index), key, kind
 
 
-def _is_code(model: str) -> bool:
-    return ":" in model or (model not in builtin() and has_entry_point(model))
+def _is_code(name: str, kind: Kind) -> bool:
+    return ":" in name or (name not in kind.taken() and has_entry_point(name, kind))
 
 
 def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
@@ -77,14 +90,16 @@ def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
     return FilePath(origin.source).parent
 
 
-def _without_code(section: Node, path: Path) -> list[Problem]:
+def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
     """Parameters where no law takes them."""
     parameters, model = section.child("parameters"), section.child("model")
     if parameters is None or parameters.value in ({}, None):
         return []
     name = model.value if model is not None else None
     law = builtin().get(name) if isinstance(name, str) else None
-    if law is None:
+    if kind is ESTIMATORS:
+        text = "given, but Zenvoy's own estimators have none; allowed beside kind: module:attribute"
+    elif law is None:
         text = "given without a law of its own; allowed beside model: module:attribute"
     elif law.section is not None:
         text = f"given, but {law.name} has its parameters in control.{law.section}"
@@ -93,19 +108,21 @@ def _without_code(section: Node, path: Path) -> list[Problem]:
     return [Problem(key=dotted((*path, "parameters")), text=text, place=parameters.place)]
 
 
-def _with_parameters(root: Node, path: Path, full: str) -> tuple[Node, list[Problem]]:
+def _with_parameters(
+    root: Node, path: Path, full: str, parameters: type
+) -> tuple[Node, list[Problem]]:
     """`root` with all parameters of a law, as given, as the whole fleet has them, or by default."""
     section = root.find(path)
     assert section is not None
-    law, given = law_of(full), section.child("parameters")
+    given = section.child("parameters")
     if given is None and path != _CONTROL and _model_of_all(root) == full:
         given = root.find((*_CONTROL, "parameters"))
     values = {} if given is None else given.plain()
     where = (*path, "parameters")
     try:
-        checked = model_of(law).model_validate(frozen(values))
+        checked = model_of(parameters).model_validate(frozen(values))
     except ValidationError as refused:
-        problems = list(_problems(refused, law, where, root))
+        problems = list(_problems(refused, parameters, where, root))
         return _without(root, path), problems  # so that nobody else stumbles over them
     place = section.place if given is None else given.place
     node = as_node(checked.model_dump(mode="json"), place)
@@ -129,8 +146,10 @@ def _model_of_all(root: Node) -> object:
     return None if node is None else node.value
 
 
-def _problems(refused: ValidationError, law: Law, where: Path, root: Node) -> Iterator[Problem]:
-    schema = model_of(law).model_json_schema()
+def _problems(
+    refused: ValidationError, parameters: type, where: Path, root: Node
+) -> Iterator[Problem]:
+    schema = model_of(parameters).model_json_schema()
     for error in refused.errors(include_url=False):
         loc, kind = error["loc"], error["type"]
         if not loc:

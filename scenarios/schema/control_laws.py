@@ -17,7 +17,7 @@ def parameters_of(control: Control, law: Law, given: tuple[tuple[str, Any], ...]
     """Return the parameters of a law, of the law's own type."""
     if law.section is not None:
         return parameters_from(law, getattr(control, law.section))
-    return parameters_checked(law, dict(given))
+    return parameters_checked(law.parameters, dict(given))
 
 
 def models_named(scenario: Scenario) -> list[str]:

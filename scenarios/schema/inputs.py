@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from pydantic import (
     AfterValidator,
@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from zenvoy.laws import builtin
+from zenvoy.laws.by_name import ESTIMATORS
 
 
 def _set_text(value: object) -> object:
@@ -37,9 +38,18 @@ def _is_weight(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1e9
 
 
+_REFERENCE: Final = re.compile(r"[^:#]+:[\w.]+(#[0-9a-f]+)?")
+
+
 def _model(value: str) -> str:
     """What has a colon is a reference to code, which `zenvoy.scenarios.reading.laws` looks up."""
-    if value not in builtin() and not re.fullmatch(r"[^:#]+:[\w.]+(#[0-9a-f]+)?", value):
+    if value not in builtin() and not _REFERENCE.fullmatch(value):
+        raise ValueError
+    return value
+
+
+def _estimator(value: str) -> str:
+    if value not in ESTIMATORS.taken() and not _REFERENCE.fullmatch(value):
         raise ValueError
     return value
 
@@ -84,6 +94,12 @@ Model = Annotated[
     WithJsonSchema({"type": "string", "enum": list(builtin())}),
 ]
 """A law of the library by name, or one of the scenario's own: module:attribute#hash."""
+EstimatorKind = Annotated[
+    str,
+    AfterValidator(_estimator),
+    WithJsonSchema({"type": "string", "enum": list(ESTIMATORS.taken())}),
+]
+"""One of Zenvoy's own, or one of the scenario's: module:attribute#hash."""
 Parameters = Annotated[
     tuple[tuple[str, Any], ...],
     PlainValidator(_parameters),

@@ -15,7 +15,14 @@ from pydantic import ConfigDict, Field, model_validator
 from zenvoy.scenarios.schema.agreement import refuse_disagreements
 from zenvoy.scenarios.schema.channel import Channel
 from zenvoy.scenarios.schema.events import Brake, Event, Sine, Trace
-from zenvoy.scenarios.schema.inputs import GroupName, Model, Parameters, VehicleSet, Weights
+from zenvoy.scenarios.schema.inputs import (
+    EstimatorKind,
+    GroupName,
+    Model,
+    Parameters,
+    VehicleSet,
+    Weights,
+)
 from zenvoy.scenarios.schema.section import (
     LARGEST,
     NS_PER_MS,
@@ -200,7 +207,8 @@ class Estimator(Section):
     On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
     """
 
-    kind: Literal["kalman", "ekf", "ukf"] = "kalman"
+    kind: EstimatorKind = "kalman"
+    parameters: Parameters = ()
     acceleration_std_mps2: Positive = 0.5
 
 
