@@ -13,7 +13,6 @@ from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -48,14 +47,13 @@ class Access:
 
     def __init__(self, scenario: Scenario) -> None:
         channel, size = scenario.channel, scenario.fleet.size
-        medium, technology = channel.medium, TECHNOLOGIES[channel.technology]
+        medium = channel.medium
         self._seed, self._size, self._period_ns = scenario.seed, size, scenario.period_ns
         self._range_m = medium.carrier_sense_m  # None: as far as frames are received
         self._space_ns = aifs_ns(medium.aifsn)
         self._backoffs = Backoffs(scenario.seed, medium.contention_window)
         self._busy_until_ns = np.zeros(size, dtype=np.int64)
-        rate_mbps = channel.bit_rate_mbps or technology.default_mbps
-        self.on_air_ns = airtime_ns(channel.frame_bytes, rate_mbps)
+        self.on_air_ns = airtime_ns(channel.frame_bytes, channel.radio.bit_rate_mbps)
         """Time on the air of a frame."""
         self._dcc = ReactiveDcc(size) if medium.congestion_control == "reactive" else None
 

@@ -14,7 +14,6 @@ from zenvoy.channel.loss import LossModel
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.channel.where import Where
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -42,7 +41,7 @@ class Conditions:
 
     def __init__(self, scenario: Scenario) -> None:
         channel, seed, size = scenario.channel, scenario.seed, scenario.fleet.size
-        delay_ms = TECHNOLOGIES[channel.technology].delay_ms
+        delay_ms = channel.radio.delay_ms
         losses = [channel.loss, *(rule.loss for rule in channel.rules)]
         latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
         self._seed, self._duplicate = seed, channel.duplicate

@@ -12,7 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.conditions import Way
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs
-from zenvoy.scenarios.schema.technology import Technology
+from zenvoy.scenarios import Technology
 
 Ints = NDArray[np.int64]
 
@@ -23,7 +23,6 @@ class Medium:
 
     technology: Technology
     frame_bytes: int
-    bit_rate_mbps: float | None
     on_air_ns: int | None = None
 
     @property
@@ -31,8 +30,7 @@ class Medium:
         """Time on the air: frame bits over bit rate, unless the medium counts symbols."""
         if self.on_air_ns is not None:
             return self.on_air_ns
-        rate_mbps = self.bit_rate_mbps or self.technology.default_mbps
-        return round(8_000 * self.frame_bytes / rate_mbps)
+        return round(8_000 * self.frame_bytes / self.technology.bit_rate_mbps)
 
 
 class Fate(NamedTuple):

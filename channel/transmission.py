@@ -17,7 +17,6 @@ from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -45,9 +44,8 @@ class Transmission:
         self._size = scenario.fleet.size
         self._access = Access(scenario) if channel.medium.access == "csma" else None
         self._medium = Medium(
-            technology=TECHNOLOGIES[channel.technology],
+            technology=channel.radio,
             frame_bytes=channel.frame_bytes,
-            bit_rate_mbps=channel.bit_rate_mbps,
             on_air_ns=None if self._access is None else self._access.on_air_ns,
         )
         self._conditions = Conditions(scenario)

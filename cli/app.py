@@ -36,9 +36,12 @@ from zenvoy.fleet.requests import interruptible
 from zenvoy.scenarios import (
     Control,
     Loaded,
+    ScenarioError,
     builtin,
     effective_yaml,
 )
+from zenvoy.scenarios import technologies as builtin_technologies
+from zenvoy.scenarios.reading.technology_files import technology_in
 
 app = App(
     name="zenvoy",
@@ -206,11 +209,21 @@ def check(
 
 
 @app.command()
-def technologies() -> None:
-    """Print the V2X technologies (the paper's Table I)."""
+def technologies(
+    files: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[FILE]...", help="Technologies of your own, to print beside."),
+    ] = None,
+) -> None:
+    """Print the V2X technologies: the paper's Table I, and those in files."""
     from zenvoy.cli.report import print_technologies
 
-    print_technologies(console)
+    try:
+        own = [technology_in(file) for file in files or ()]
+    except ScenarioError as error:
+        refuse(str(error))
+    title = "V2X technologies (paper, Table I)" if not own else "V2X technologies"
+    print_technologies(console, [*builtin_technologies().values(), *own], title)
 
 
 @app.command()

@@ -12,7 +12,7 @@ from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.facts import Facts
 from zenvoy.analysis.measures.metrics import telling
 from zenvoy.bus.log_format import CHECKSUM
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES, Technology
+from zenvoy.scenarios import Technology
 
 _LATENESS: Final = {
     "cycle": "cycles",
@@ -21,6 +21,7 @@ _LATENESS: Final = {
     "command": "commands (below 0: in time)",
     "delivery": "deliveries (real - drawn)",
 }
+_UNSAID: Final = "–"
 
 
 def print_summary(console: Console, summary: dict[str, Any]) -> None:
@@ -112,38 +113,46 @@ def _frames(frames: dict[str, Any]) -> str:
     return text
 
 
-def print_technologies(console: Console) -> None:
-    """Table I of the paper."""
-    table = Table(title="V2X technologies (paper, Table I)")
+def print_technologies(console: Console, technologies: Sequence[Technology], title: str) -> None:
+    """A column for each technology, as in Table I of the paper."""
+    table = Table(title=title)
     table.add_column("")
-    for technology in TECHNOLOGIES.values():
-        table.add_column(f"{technology.title}\n({technology.name})")
-    for label, values in _technology_rows(list(TECHNOLOGIES.values())):
+    for technology in technologies:
+        name = technology.title or technology.name
+        table.add_column(f"{name}\n({technology.name})", overflow="fold")
+    for label, values in _technology_rows(technologies):
         table.add_row(label, *values)
     console.print(table)
 
 
-def _technology_rows(columns: list[Technology]) -> list[tuple[str, list[str]]]:
+def _technology_rows(columns: Sequence[Technology]) -> list[tuple[str, list[str]]]:
     return [
-        ("band", [f"{c.band_ghz[0]:g} to {c.band_ghz[1]:g} GHz" for c in columns]),
-        ("bandwidth", [c.bandwidth for c in columns]),
+        ("band", [_span(c.band_ghz, "GHz") for c in columns]),
+        ("bandwidth", [c.bandwidth or _UNSAID for c in columns]),
         ("range", [_metres(c.range_m) for c in columns]),
-        ("bit rate", [c.bit_rate for c in columns]),
-        ("bit rate used here", [f"{c.default_mbps:g} Mbit/s" for c in columns]),
-        ("delay", [_span(c.delay_ms) for c in columns]),
-        ("broadcast", ["yes" if c.broadcast else "no" for c in columns]),
-        ("V2V", ["yes" if c.v2v else "no" for c in columns]),
-        ("MIMO", ["yes" if c.mimo else "no" for c in columns]),
+        ("bit rate", [c.bit_rate or _UNSAID for c in columns]),
+        ("bit rate used here", [f"{c.bit_rate_mbps:g} Mbit/s" for c in columns]),
+        ("delay", [_span(c.delay_ms, "ms") for c in columns]),
+        ("broadcast", [_yes(c.broadcast) for c in columns]),
+        ("carrier sense", [_yes(c.csma) for c in columns]),
+        ("V2V", [_yes(c.v2v) for c in columns]),
+        ("MIMO", [_yes(c.mimo) for c in columns]),
     ]
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
 
 
 def _metres(value: float) -> str:
     return f"{value / 1000:g} km" if value >= 1000 else f"{value:g} m"
 
 
-def _span(bounds: tuple[float, float]) -> str:
+def _span(bounds: tuple[float, float] | None, unit: str) -> str:
+    if bounds is None:
+        return _UNSAID
     low, high = bounds
-    return f"{low:g} ms" if low == high else f"{low:g} to {high:g} ms"
+    return f"{low:g} {unit}" if low == high else f"{low:g} to {high:g} {unit}"
 
 
 def print_facts(console: Console, facts: Facts) -> None:

@@ -25,7 +25,6 @@ from zenvoy.scenarios.schema.channel import (
     Rule,
     Scope,
     SenderOffset,
-    TechnologyName,
 )
 from zenvoy.scenarios.schema.control_laws import modes, name_of, parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
@@ -50,6 +49,8 @@ from zenvoy.scenarios.schema.scenario import (
     Switch,
 )
 from zenvoy.scenarios.schema.sets import members
+from zenvoy.scenarios.schema.technologies import technologies
+from zenvoy.scenarios.schema.technology import Technology
 from zenvoy.scenarios.schema.trace_options import READERS as TRACE_OPTIONS
 
 __all__ = [
@@ -91,7 +92,7 @@ __all__ = [
     "Sine",
     "Switch",
     "Targets",
-    "TechnologyName",
+    "Technology",
     "Trace",
     "UnknownScenarioError",
     "UnreadableScenarioError",
@@ -108,4 +109,5 @@ __all__ = [
     "read_trace",
     "roster",
     "setpoint_at",
+    "technologies",
 ]

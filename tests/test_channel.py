@@ -16,7 +16,7 @@ from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.agent import ChannelAgent
-from zenvoy.scenarios import Channel, Control, Fleet, Loss, Road, Scenario, TechnologyName
+from zenvoy.scenarios import Channel, Control, Fleet, Loss, Road, Scenario, technologies
 
 T_NS = 100_000_000
 MS_NS = 1_000_000
@@ -104,7 +104,7 @@ class Air:
 
 def scenario(
     *,
-    technology: TechnologyName,
+    technology: str,
     wait_ms: float,
     loss: float = 0.0,
     size: int = 5,
@@ -118,7 +118,7 @@ def scenario(
         road=Road(type="ring" if ring else "open"),
         fleet=Fleet(size=size),
         control=Control(v2v_wait_ms=wait_ms),
-        channel=Channel(technology=technology, loss=Loss(p=loss)),
+        channel=Channel(technology=technologies()[technology], loss=Loss(p=loss)),
     )
 
 
@@ -229,7 +229,7 @@ def test_a_frame_that_outlives_many_cycles_is_kept() -> None:
     """300 bytes at 10 kbit/s take 240 ms on the air: three cycles are in flight at once."""
     settings_of_run = scenario(technology="ieee80211p", wait_ms=11.0)
     slow = settings_of_run.model_copy(
-        update={"channel": Channel(technology="ieee80211p", bit_rate_mbps=0.01)}
+        update={"channel": Channel(technology=technologies()["ieee80211p"], bit_rate_mbps=0.01)}
     )
     air = Air(slow, 37.5)
     check(air)

@@ -146,6 +146,19 @@ def test_scenarios_are_listed_with_what_they_are(tmp_path: Path) -> None:
     assert "Case 15 of the paper" in listed["paper/case-15"]
 
 
+def test_technologies_are_printed_beside_those_of_the_package(tmp_path: Path) -> None:
+    text = "title: '[red]Mine[/red]'\nrange_m: 200\nbit_rate_mbps: 12\ndelay_ms: 5\n"
+    (tmp_path / "mine").write_text(text + "broadcast: true\n")
+    outcome = zenvoy(tmp_path, "technologies", "mine", env={"COLUMNS": "200"})
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "[red]Mine[/red]" in outcome.out
+    assert rows(outcome.out)["delay"] == ["10 ms", "10 ms", "20 to 80 ms", "10 ms", "5 ms"]
+    (tmp_path / "mine").write_text(text)
+    refused = zenvoy(tmp_path, "technologies", "mine")
+    assert refused.code == 2
+    assert refused.err == "channel.technology.broadcast: missing; allowed: true or false  (mine)\n"
+
+
 @pytest.mark.parametrize("columns", ["200", "80"])
 def test_technologies_are_those_of_table_1(tmp_path: Path, columns: str) -> None:
     outcome = zenvoy(tmp_path, "technologies", env={"COLUMNS": columns})

@@ -30,6 +30,7 @@ from zenvoy.scenarios import (
     Scenario,
     ScenarioError,
     load,
+    technologies,
 )
 
 Ints = NDArray[np.int64]
@@ -140,9 +141,9 @@ def test_bursts_of_rules_are_their_own() -> None:
 
 def test_a_rule_does_not_change_the_luck_of_others() -> None:
     loss = Loss(p=0.3, gilbert_elliott=GilbertElliott(p=0.05, r=0.5))
-    plain = ways(Channel(technology="lte-a-pro", loss=loss))
+    plain = ways(Channel(technology=technologies()["lte-a-pro"], loss=loss))
     rule = Rule(source="3", loss=Loss(p=0.9), latency=Latency(distribution="fixed", mean_ms=1.0))
-    ruled = ways(Channel(technology="lte-a-pro", loss=loss, rules=(rule,)))
+    ruled = ways(Channel(technology=technologies()["lte-a-pro"], loss=loss, rules=(rule,)))
     others = SOURCE != 2
     for one, other in zip(plain, ruled, strict=True):
         np.testing.assert_array_equal(one[:, others], other[:, others])

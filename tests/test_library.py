@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from math import pi
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -23,12 +23,12 @@ from zenvoy.scenarios import (
     Loaded,
     Scenario,
     Sine,
-    TechnologyName,
     Trace,
     builtin,
     effective_yaml,
     load,
     roster,
+    technologies,
 )
 
 ROOT: Final = Path(__file__).parents[1]
@@ -142,7 +142,7 @@ def test_the_cases_are_those_of_the_paper(number: int, case: tuple[str, float, i
     assert scenario.sensors.error == error
     assert scenario.v2v_wait_ns + scenario.system_delay_ns == delay_ms * 1_000_000
     assert 50 <= scenario.control.system_delay_ms <= 120  # the paper's t_sys
-    technology = scenario.channel.technology
+    technology = scenario.channel.technology.name
     assert technology == {100: "ieee80211p", 200: "lte-a-pro"}[delay_ms]
     for section in ("duration_s", "period_ms", "seed", "road", "fleet", "estimator", "events"):
         assert getattr(scenario, section) == getattr(base, section)
@@ -164,9 +164,9 @@ def test_what_the_cases_share_is_the_setting_of_the_paper() -> None:
 
 def test_technologies_differ_in_nothing_but_themselves_and_the_wait() -> None:
     first = load("technologies/ieee80211p").scenario.model_dump()
-    for name in get_args(TechnologyName):
+    for name in technologies():
         values = load(f"technologies/{name}").scenario.model_dump()
-        assert values["channel"]["technology"] == name
+        assert values["channel"]["technology"]["name"] == name
         for key in ("description", "control.v2v_wait_ms", "channel.technology"):
             *parents, last = key.split(".")
             holder, model = values, first
@@ -241,5 +241,5 @@ def test_the_package_takes_every_file_of_the_library_along() -> None:
     taken = {path for pattern in patterns for path in folder.glob(pattern)}
     assert [p for p in folder.rglob("*") if p.suffix in {".yaml", ".csv"} and p not in taken] == []
     names = {p.relative_to(folder).with_suffix("").as_posix() for p in folder.rglob("*.yaml")}
-    assert names == set(NAMES)
+    assert names == {*NAMES, *(f"radios/{name}" for name in technologies())}
     assert all(files("zenvoy.scenarios").joinpath(f"{name}.yaml").is_file() for name in NAMES)

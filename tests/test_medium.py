@@ -267,7 +267,7 @@ def test_the_log_tells_how_busy_it_was(tmp_path: Path) -> None:
         (
             "{technology: lte-a-pro, medium: {access: csma}}",
             "channel.medium.access: csma is not for lte-a-pro; allowed: none, or ieee80211p, "
-            "ieee80211px",
+            "ieee80211px, or one with csma: true",
         ),
         (
             "{medium: {congestion_control: reactive}}",

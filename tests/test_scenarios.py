@@ -27,6 +27,7 @@ from zenvoy.scenarios import (
     effective_json,
     effective_yaml,
     load,
+    technologies,
 )
 
 Write = Callable[[str], Path]
@@ -205,7 +206,7 @@ def test_quickstart() -> None:
         fleet=Fleet(size=20),
         control=Control(model="PBCM"),
         sensors=Sensors(error=0.03),
-        channel=Channel(technology="ieee80211p", loss=Loss(p=0.05)),
+        channel=Channel(technology=technologies()["ieee80211p"], loss=Loss(p=0.05)),
         events=(Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),),
     )
 
@@ -266,7 +267,12 @@ def test_any_description_is_written_so_that_it_is_read_back(write: Write, descri
 
 def test_the_effective_yaml_quotes_no_plain_words() -> None:
     lines = effective_yaml(Scenario(description="3")).splitlines()
-    assert [line for line in lines if '"' in line] == ['description: "3"']
+    assert [line for line in lines if '"' in line] == [
+        'description: "3"',
+        '    title: "IEEE 802.11p"',
+        '    bandwidth: "10 MHz"',
+        '    bit_rate: "3 to 27 Mbit/s"',
+    ]
 
 
 def test_the_effective_json_is_sorted_and_read_back() -> None:

@@ -34,6 +34,7 @@ from zenvoy.scenarios import (
     effective_json,
     effective_yaml,
     load,
+    technologies,
 )
 
 MESSAGE = re.compile(r"(\S.*: )?\S.*  \((s\.yaml(, line \d+)?|--set .*)\)")
@@ -138,7 +139,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
             acceleration_std_mps2=draw(positive),
         ),
         channel=Channel(
-            technology=draw(st.sampled_from(["ieee80211p", "lte-a-pro", "5g-mmwave"])),
+            technology=draw(st.sampled_from(list(technologies().values()))),
             loss=Loss(p=draw(st.floats(0, 1))),
             frame_bytes=draw(st.integers(1, 65_535)),
             bit_rate_mbps=draw(st.none() | st.floats(0.001, 1e9)),

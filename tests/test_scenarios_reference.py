@@ -23,6 +23,7 @@ UNITS: Final = {
     "mps": "m/s",
     "mps2": "m/s²",
     "hz": "Hz",
+    "ghz": "GHz",
     "mbps": "Mbit/s",
     "bytes": "bytes",
     "d": "s⁻²",  # of the gains
@@ -50,6 +51,8 @@ class Row(NamedTuple):
 def rows_of_schema(schema: dict[str, Any], section: str) -> Iterator[Row]:
     for key, said in schema["properties"].items():
         path, value = f"{section}.{key}".lstrip("."), resolved(said)
+        if "noun" in value and "properties" in value:  # a name, or a mapping
+            yield Row(section, key, _unit(key), _default(schema, key, value), _allowed(value))
         if "properties" in value and "nullable" not in value:
             yield from rows_of_schema(value, path)
             continue

@@ -119,8 +119,8 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ),
         (
             "channel: {technology: lte}",
-            "channel.technology: 'lte' is not one of ieee80211p, ieee80211px, lte-a-pro, 5g-mmwave"
-            "  (s.yaml, line 1)",
+            "channel.technology: 'lte' is not one of ieee80211p, ieee80211px, lte-a-pro, "
+            "5g-mmwave, a file such as ./mine.yaml, or a mapping  (s.yaml, line 1)",
         ),
         (
             "events:\n  - {type: swerve, vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 1}",
@@ -155,8 +155,9 @@ def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None
         (
             "channel:\n\n  los: 0.3\n",
             "channel.los: unknown key; did you mean 'loss'? "
-            "allowed: technology, latency, loss, medium, relay_hops, duplicate, rules, outages, "
-            "frame_bytes, bit_rate_mbps  (s.yaml, line 3)",
+            "allowed: technology, title, band_ghz, bandwidth, range_m, bit_rate, bit_rate_mbps, "
+            "delay_ms, broadcast, csma, v2v, mimo, latency, loss, medium, relay_hops, duplicate, "
+            "rules, outages, frame_bytes  (s.yaml, line 3)",
         ),
         ("quux: 1", f"quux: unknown key; allowed: {TOP}  (s.yaml, line 1)"),
         ("1: 1", f"1: unknown key; allowed: {TOP}  (s.yaml, line 1)"),
@@ -491,8 +492,9 @@ sensors:
         "fleet.size: 'forty' is not a whole number  (s.yaml, line 2)",
         "fleet.gap_m: 5 is not greater than fleet.length_m (5)  (s.yaml, line 2)",
         "channel.los: unknown key; did you mean 'loss'? "
-        "allowed: technology, latency, loss, medium, relay_hops, duplicate, rules, outages, "
-        "frame_bytes, bit_rate_mbps  (s.yaml, line 4)",
+        "allowed: technology, title, band_ghz, bandwidth, range_m, bit_rate, bit_rate_mbps, "
+        "delay_ms, broadcast, csma, v2v, mimo, latency, loss, medium, relay_hops, duplicate, "
+        "rules, outages, frame_bytes  (s.yaml, line 4)",
         "channel.loss.p: 1.4 is not in [0, 1]  (s.yaml, line 6)",
         "channel.loss: given twice, first in s.yaml, line 5; allowed: once  (s.yaml, line 7)",
         "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 9)",

@@ -75,7 +75,7 @@ def v2v_section(run: Traffic) -> Section:
 
 
 def _latency_picture(run: Traffic, latency: Latencies) -> Picture:
-    technology = run.scenario.channel.technology
+    technology = run.scenario.channel.technology.name
     return Picture(
         name="v2v-latency",
         caption=(

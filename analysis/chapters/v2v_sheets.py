@@ -22,7 +22,7 @@ def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
     """One row: outcomes of the run."""
     low, high = wilson(np.array([told.delivered]), np.array([told.sent]))
     shares = (told.delivered / told.sent, float(low[0]), float(high[0]))
-    technology = run.scenario.channel.technology
+    technology = run.scenario.channel.technology.name
     return Sheet(
         name="v2v-delivery",
         title="Frames, one for each receiver in range",
@@ -80,7 +80,7 @@ def latency_sheet(run: Traffic, latency: Latencies) -> Sheet:
             "99th percentile, ms",
             "longest, ms",
         ),
-        rows=((run.scenario.channel.technology, latency.mean_ms, *quantiles),),
+        rows=((run.scenario.channel.technology.name, latency.mean_ms, *quantiles),),
     )
 
 

@@ -47,7 +47,10 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
     return (
         ("vehicles", f"{run.vehicles}, {_road(run.scenario)}"),
         ("model", models(run.scenario)),
-        ("channel", f"{run.scenario.channel.technology}, {run.scenario.channel.frame_bytes} bytes"),
+        (
+            "channel",
+            f"{run.scenario.channel.technology.name}, {run.scenario.channel.frame_bytes} bytes",
+        ),
         ("duration", _duration(run)),
         ("how it ended", ended(run)),
         ("fingerprint", run.fingerprint or ("none that holds" if run.result else "not logged")),

@@ -75,7 +75,8 @@ def resolved(schema: JsonSchema) -> JsonSchema:
     """What references and "or null" stand for, whichever comes first."""
     while not _TO_RESOLVE.isdisjoint(schema):
         if "$ref" in schema:
-            schema = _root_schema()["$defs"][schema["$ref"].rpartition("/")[2]]
+            beside = {key: value for key, value in schema.items() if key != "$ref"}
+            schema = {**_root_schema()["$defs"][schema["$ref"].rpartition("/")[2]], **beside}
             continue
         first = next(branch for branch in schema["anyOf"] if branch != _NULL)
         schema = {"default": None, **schema, **resolved(first), "nullable": True}

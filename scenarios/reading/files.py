@@ -1,4 +1,4 @@
-"""What sections of a scenario may read from CSV files: speed traces, samples of latency."""
+"""What a scenario may name files for: speed traces, samples of latency, a technology."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Final
 from zenvoy.scenarios.errors import ScenarioError
 from zenvoy.scenarios.reading.origin import Origin
 from zenvoy.scenarios.reading.tables import Allowance, Numbers, Table
+from zenvoy.scenarios.reading.technology_files import with_technology
 from zenvoy.scenarios.reading.trace_files import TraceFile
-from zenvoy.scenarios.reading.tree import Node, Path
+from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
 from zenvoy.scenarios.wording import dotted
 
 TRACE: Final = Table("points", TraceFile())
@@ -19,10 +20,11 @@ LATENCY: Final = Table("samples_ms", Numbers("latency_ms"), required=False)
 Change = Callable[[Node, Path], Node]
 
 
-def with_tables(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[ScenarioError]]:
-    """`root` with the contents of CSV files in place of their names, and what is wrong there.
+def with_files(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[ScenarioError]]:
+    """`root` with the contents of files in place of their names, and what is wrong there.
 
-    As `Table.filled`.
+    The name of a file is relative to the file that says it, one of `origins` by what places call
+    it; that of an option is relative to the folder of the command.
     """
     errors: list[ScenarioError] = []
     allowance = Allowance()
@@ -44,6 +46,17 @@ def with_tables(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[S
     def with_rules(channel: Node, path: Path) -> Node:
         return _changed(channel, "rules", path, lambda node, at: _each(node, at, with_latency))
 
+    def of_technology(channel: Node, path: Path) -> Node:
+        return _changed(channel, "technology", path, lambda node, _: technology(node))
+
+    def technology(named: Node) -> Node:
+        try:
+            return with_technology(named, origins)
+        except ScenarioError as error:
+            errors.append(error)
+            return replace(named, value=Unreadable.UNREADABLE)
+
+    root = _changed(root, "channel", (), of_technology)
     root = _changed(root, "channel", (), with_latency)
     root = _changed(root, "channel", (), with_rules)
     root = _changed(root, "events", (), lambda node, at: _each(node, at, with_points))

@@ -8,6 +8,8 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import PurePath
 
+from zenvoy.scenarios.schema.technologies import RADIOS
+
 _SUFFIX = ".yaml"
 
 
@@ -25,7 +27,8 @@ def inside(path: PurePath) -> Traversable:
 def _under(folder: Traversable, prefix: str) -> Iterator[tuple[str, Traversable]]:
     for entry in folder.iterdir():
         if entry.is_dir():
-            yield from _under(entry, f"{prefix}{entry.name}/")
+            if entry.name != RADIOS:  # technologies are no scenarios
+                yield from _under(entry, f"{prefix}{entry.name}/")
         elif entry.name.endswith(_SUFFIX):
             yield f"{prefix}{entry.name.removesuffix(_SUFFIX)}", entry
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.extends import chain
-from zenvoy.scenarios.reading.files import with_tables
+from zenvoy.scenarios.reading.files import with_files
 from zenvoy.scenarios.reading.laws import with_laws
 from zenvoy.scenarios.reading.library import packaged
 from zenvoy.scenarios.reading.origin import located
@@ -56,7 +56,7 @@ def load(
     options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
     root, more = overridden(files.root, overrides, options)
     root, of_spacing = with_spacing(root)
-    root, errors = with_tables(root, files.origins)
+    root, errors = with_files(root, files.origins)
     root, of_laws = with_laws(root, files.origins, allow_code=allow_code)
     scenario = validated(root, [*files.problems, *more, *of_spacing, *of_laws], errors)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path, PurePosixPath
@@ -100,6 +100,16 @@ def from_here(path: str | Path) -> Origin:
     """The file at a path from the folder of the command, whether it exists or not."""
     entry = RegularFile(str(path))
     return Origin(name=Path(path).stem, source=str(path), entry=entry, builtin=False)
+
+
+def origin_of(reference: str, place: Place, origins: Mapping[str, Origin]) -> Origin:
+    """The file that a value at `place` names, whether it exists or not.
+
+    A name is relative to the file that says it, one of `origins` by what places call it; that of
+    an option is relative to the folder of the command.
+    """
+    origin = origins.get(place.source)
+    return from_here(reference) if origin is None else origin.beside(reference)
 
 
 def _unpacked(data: bytes) -> bytes:

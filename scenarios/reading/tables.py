@@ -17,7 +17,7 @@ from zenvoy.scenarios.errors import (
     UnreadableScenarioError,
 )
 from zenvoy.scenarios.reading.bounded import LARGEST_BYTES
-from zenvoy.scenarios.reading.origin import Origin, from_here
+from zenvoy.scenarios.reading.origin import Origin, origin_of
 from zenvoy.scenarios.reading.tree import Node, Unreadable
 from zenvoy.scenarios.wording import shown
 
@@ -108,9 +108,8 @@ class Table:
         if not isinstance(file.value, str):
             text = f"{shown(file.plain())} is not text, the name of a CSV file"
             raise _refused(f"{key}.file", text, file.place)
-        origin = origins.get(file.place.source)
-        beside = from_here(file.value) if origin is None else origin.beside(file.value)
-        return self._read(beside, key, file.place, options, allowance)
+        origin = origin_of(file.value, file.place, origins)
+        return self._read(origin, key, file.place, options, allowance)
 
     def _read(
         self,

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.schema.technologies import technologies
 from zenvoy.scenarios.wording import trimmed
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
     yield from _loss(channel.loss, "channel.loss")
     yield from _latency(channel.latency, "channel.latency")
     yield from _medium(channel)
+    yield from _delay(channel)
     for index, rule in enumerate(channel.rules):
         key = f"channel.rules.{index}"
         yield from _scope(rule, key, scenario)
@@ -46,14 +48,25 @@ def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
 
 def _medium(channel: Channel) -> Iterator[Problem]:
     """Carrier sense is 802.11's, and congestion control goes by what it senses."""
-    medium, technology = channel.medium, channel.technology
+    medium, radio = channel.medium, channel.radio
     key = "channel.medium.access"
-    if medium.access == "csma" and not technology.startswith("ieee80211"):
-        text = f"csma is not for {technology}; allowed: none, or ieee80211p, ieee80211px"
-        yield Problem(key=key, text=text, related=("channel.technology",))
+    if medium.access == "csma" and not radio.csma:
+        able = ", ".join(name for name, each in technologies().items() if each.csma)
+        text = f"csma is not for {radio.name}; allowed: none, or {able}, or one with csma: true"
+        yield Problem(key=key, text=text, related=("channel.technology", "channel.csma"))
     if medium.congestion_control != "none" and medium.access == "none":
         text = f"{medium.congestion_control} needs csma as {key} (none)"
         yield Problem(key="channel.medium.congestion_control", text=text, related=(key,))
+
+
+def _delay(channel: Channel) -> Iterator[Problem]:
+    """A delay in place of the technology's is used."""
+    latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
+    kinds = [latency.distribution for latency in latencies if latency is not None]
+    if channel.delay_ms is not None and "technology" not in kinds:
+        chosen = "channel.latency.distribution"
+        text = f"is given, but {chosen} is {kinds[0]}; allowed: null"
+        yield Problem(key="channel.delay_ms", text=text, related=(chosen,))
 
 
 def _loss(loss: Loss, section: str) -> Iterator[Problem]:

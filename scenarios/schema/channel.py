@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from zenvoy.scenarios.schema.inputs import VehicleSet
 from zenvoy.scenarios.schema.section import LARGEST, Fraction, NonNegative, Positive, Section
+from zenvoy.scenarios.schema.technologies import (
+    DEFAULT,
+    default_technology,
+    technologies,
+    technology_named,
+)
+from zenvoy.scenarios.schema.technology import BitRate, Label, Span, Technology
 
-TechnologyName = Literal["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"]
 Distribution = Literal["technology", "fixed", "uniform", "normal", "gamma", "pareto", "samples"]
 Messages = Annotated[int, Field(ge=1, le=10_000)]
 DistanceLoss = Annotated[tuple[NonNegative, Fraction], Field(strict=False)]
@@ -166,13 +172,36 @@ class Medium(Section):
     congestion_control: Literal["none", "reactive"] = "none"
 
 
-class Channel(Section):
-    """The V2X technology (paper Table I) and what goes wrong on the way.
+def _named_too(schema: dict[str, Any]) -> None:
+    """What only a file may write in place of the mapping: a name, or the name of a file."""
+    schema["default"] = DEFAULT
+    schema["noun"] = f"one of {', '.join(technologies())}, a file such as ./mine.yaml, or a mapping"
 
-    relay_hops: links that a frame may go over; vehicles pass on what they hear from others.
+
+Radio = Annotated[
+    Technology, BeforeValidator(technology_named), Field(json_schema_extra=_named_too)
+]
+
+
+class Channel(Section):
+    """The V2V technology (paper Table I) and what goes wrong on the way.
+
+    title to mimo replace what the technology says (null: nothing). relay_hops: links that a frame
+    may go over; vehicles pass on what they hear from others.
     """
 
-    technology: TechnologyName = "ieee80211p"
+    technology: Radio = default_technology()
+    title: Label | None = None
+    band_ghz: Span | None = None
+    bandwidth: Label | None = None
+    range_m: Positive | None = None
+    bit_rate: Label | None = None
+    bit_rate_mbps: BitRate | None = None
+    delay_ms: Span | None = None
+    broadcast: bool | None = None
+    csma: bool | None = None
+    v2v: bool | None = None
+    mimo: bool | None = None
     latency: Latency = Latency()
     loss: Loss = Loss()
     medium: Medium = Medium()
@@ -181,4 +210,10 @@ class Channel(Section):
     rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is welcome too
     outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too
     frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
-    bit_rate_mbps: Annotated[float, Field(ge=0.001, le=LARGEST)] | None = None  # None: Table I's
+
+    @property
+    def radio(self) -> Technology:
+        """The technology with the values that this section says instead."""
+        said = {name: getattr(self, name) for name in Technology.model_fields if name != "name"}
+        changes = {name: value for name, value in said.items() if value is not None}
+        return self.technology.model_copy(update=changes)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.section import NS_PER_S
 from zenvoy.scenarios.schema.sets import members
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES
 from zenvoy.scenarios.schema.waits import frame_ms, own_wait_ms
 from zenvoy.scenarios.wording import trimmed
 
@@ -36,12 +35,12 @@ def notes_of_channel(scenario: Scenario, sets: dict[str, frozenset[int]]) -> Ite
 
 
 def _range(scenario: Scenario) -> Iterator[Problem]:
-    range_m = TECHNOLOGIES[scenario.channel.technology].range_m
+    range_m = scenario.channel.radio.range_m
     if scenario.fleet.gap_m > range_m:
         text = f"a range of {trimmed(range_m)} m is less than fleet.gap_m "
         text += f"({trimmed(scenario.fleet.gap_m)}): at the start nobody hears anybody"
-        related = ("fleet.gap_m",)
-        yield Problem(key="channel.technology", text=text, related=related)
+        key = "channel.technology" if scenario.channel.range_m is None else "channel.range_m"
+        yield Problem(key=key, text=text, related=("fleet.gap_m",))
 
 
 def _wait(scenario: Scenario) -> Iterator[Problem]:
@@ -50,7 +49,12 @@ def _wait(scenario: Scenario) -> Iterator[Problem]:
     least_ms = _least_ms(scenario.channel.latency, scenario) + frame_ms(scenario.channel)
     deadline_ms = wait_ms or scenario.period_ns * 1e-6
     key = "control.v2v_wait_ms" if wait_ms else "channel.latency"
-    related = ("channel.latency.distribution", "channel.latency", "channel.technology")
+    related = (
+        "channel.latency.distribution",
+        "channel.latency",
+        "channel.delay_ms",
+        "channel.technology",
+    )
     own_ms = own_wait_ms(scenario)
     hint = f"; null is {trimmed(own_ms)}, for the technology" if wait_ms not in (0, own_ms) else ""
     waits = f"{trimmed(wait_ms)} ms" if wait_ms else f"a period ({trimmed(deadline_ms)} ms)"
@@ -82,7 +86,7 @@ def _least_ms(latency: Latency, scenario: Scenario) -> float:
     """The least latency without the time on the air, ms."""
     match latency.distribution:
         case "technology":
-            return TECHNOLOGIES[scenario.channel.technology].delay_ms[0]
+            return scenario.channel.radio.delay_ms[0]
         case "fixed":
             return latency.mean_ms or 0.0
         case "samples":

@@ -1,74 +1,63 @@
-"""The V2X technologies of the paper's Table I, as data."""
+"""A V2V technology: a column of the paper's Table I, or one of a user's own."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from typing import Annotated
+
+from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
+
+from zenvoy.scenarios.schema.section import LARGEST, Positive, Section
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Technology:
-    """A column of Table I. `default_mbps` is the rate we use where the table gives a range."""
+def _span(value: object) -> tuple[float, float]:
+    """10 as (10, 10), [20, 80] as (20, 80)."""
+    bounds = value if isinstance(value, list | tuple) else (value, value)
+    if len(bounds) != 2 or not all(map(_is_bound, bounds)) or bounds[0] > bounds[1]:
+        raise ValueError
+    return float(bounds[0]), float(bounds[1])
 
-    name: str
-    title: str
-    band_ghz: tuple[float, float]
-    bandwidth: str
-    range_m: float
-    bit_rate: str
-    default_mbps: float
-    delay_ms: tuple[float, float]
+
+def _is_bound(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= LARGEST
+
+
+Span = Annotated[
+    tuple[float, float],
+    PlainValidator(_span),
+    PlainSerializer(list),
+    WithJsonSchema(
+        {
+            "type": "string",
+            "noun": "a number in [0, 1e9], or a list of two that do not fall, from and to",
+        }
+    ),
+]
+Label = Annotated[
+    str,
+    Field(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,100}$"),
+    WithJsonSchema({"type": "string", "noun": "text of 1 to 100 characters in one line"}),
+]
+BitRate = Annotated[float, Field(ge=0.001, le=LARGEST)]
+
+
+class Technology(Section):
+    """A V2V technology.
+
+    title, band_ghz, bandwidth, bit_rate, v2v and mimo are words for tables. A frame takes
+    delay_ms, drawn evenly from a span, and its bits at bit_rate_mbps. Without broadcast a sender
+    sends each neighbour a copy, one after the other. csma: whether carrier sense of IEEE 802.11
+    (`channel.medium.access: csma`) may be laid over it.
+    """
+
+    name: Label
+    title: Label | None = None
+    band_ghz: Span | None = None
+    bandwidth: Label | None = None
+    range_m: Positive
+    bit_rate: Label | None = None
+    bit_rate_mbps: BitRate
+    delay_ms: Span
     broadcast: bool
+    csma: bool = False
     v2v: bool = True
     mimo: bool = True
-
-
-TECHNOLOGIES: Final = {
-    technology.name: technology
-    for technology in (
-        Technology(
-            name="ieee80211p",
-            title="IEEE 802.11p",
-            band_ghz=(5.85, 5.925),
-            bandwidth="10 MHz",
-            range_m=1_000.0,
-            bit_rate="3 to 27 Mbit/s",
-            default_mbps=6.0,  # the default rate of the ITS-G5 control channel
-            delay_ms=(10.0, 10.0),
-            broadcast=True,
-        ),
-        Technology(
-            name="ieee80211px",
-            title="IEEE 802.11px",
-            band_ghz=(5.85, 5.925),
-            bandwidth="10 MHz",
-            range_m=1_000.0,
-            bit_rate="≥ 60 Mbit/s",
-            default_mbps=60.0,
-            delay_ms=(10.0, 10.0),
-            broadcast=True,
-        ),
-        Technology(
-            name="lte-a-pro",
-            title="LTE-A Pro",
-            band_ghz=(5.72, 5.75),
-            bandwidth="≥ 640 MHz",
-            range_m=30_000.0,
-            bit_rate="≥ 3 Gbit/s",
-            default_mbps=3_000.0,
-            delay_ms=(20.0, 80.0),
-            broadcast=True,
-        ),
-        Technology(
-            name="5g-mmwave",
-            title="5G mmWave",
-            band_ghz=(57.05, 64.0),
-            bandwidth="2.16 GHz",
-            range_m=50.0,
-            bit_rate="≥ 7 Gbit/s",
-            default_mbps=7_000.0,
-            delay_ms=(10.0, 10.0),
-            broadcast=False,
-        ),
-    )
-}

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from zenvoy.scenarios.schema.technology import TECHNOLOGIES
-
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.channel import Channel
     from zenvoy.scenarios.schema.scenario import Scenario
@@ -17,8 +15,7 @@ _SLACK_MS: Final = 15.0
 
 def frame_ms(channel: Channel) -> float:
     """Time of a frame on the air, ms, by the bit rate alone."""
-    mbps = channel.bit_rate_mbps or TECHNOLOGIES[channel.technology].default_mbps
-    return channel.frame_bytes * 8 / (mbps * 1e3)
+    return channel.frame_bytes * 8 / (channel.radio.bit_rate_mbps * 1e3)
 
 
 def own_wait_ms(scenario: Scenario) -> float:
@@ -28,7 +25,7 @@ def own_wait_ms(scenario: Scenario) -> float:
     decide on what is at hand, where not even the wait fits into a period.
     """
     channel, period_ms = scenario.channel, scenario.period_ns * 1e-6
-    wait_ms = float(math.ceil(TECHNOLOGIES[channel.technology].delay_ms[1] + frame_ms(channel)))
+    wait_ms = float(math.ceil(channel.radio.delay_ms[1] + frame_ms(channel)))
     if wait_ms >= period_ms:
         return 0.0
     if scenario.clock == "realtime":
