@@ -16,6 +16,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	mkdir -p .typing/zenvoy
+	for file in zenvoy/*.py zenvoy/py.typed; do ln -sfn ../../$$file .typing/zenvoy/; done
 	for package in $(PACKAGES); do ln -sfn ../../$$package .typing/zenvoy/$$package; done
 	touch $@
 
@@ -29,7 +30,7 @@ test: check
 check: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy $(foreach package,$(PACKAGES),-p zenvoy.$(package))
+	$(BIN)/mypy -p zenvoy
 	$(BIN)/mypy tests benchmarks
 
 # Hits the processes of 500 runs with signals at random moments; docs/ends.md says what is to come

@@ -17,9 +17,24 @@ _THREADS: Final = 20
 _DESCRIPTORS: Final = 24
 _LEAST_MEMORY: Final = 384 * 1_048_576  # bytes; with 200 MiB scipy's import never ends
 
+_ZENOH_THREAD: Final = "app-0"  # every session starts it, and none ends it
+
 
 class LimitError(OSError):
     """A limit of the system leaves no room for the run; the text names it in a line."""
+
+
+def require_no_session() -> None:
+    """Raise LimitError where this process has opened a Zenoh session, now closed or not.
+
+    Zenoh's threads do not come along in a fork, and a session of the child waits for them in vain.
+    """
+    names = {task.read_text().strip() for task in Path("/proc/self/task").glob("*/comm")}
+    if _ZENOH_THREAD in names:
+        raise LimitError(
+            "this process has opened a Zenoh session, after which no fleet can be forked from it; "
+            "run the fleet from another process, or in this one without Zenoh"
+        )
 
 
 def require_memory() -> None:

@@ -22,7 +22,7 @@ from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import EFFECTIVE, LOG, LOGS
 from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, meeting
 from zenvoy.fleet.labels import labels_of
-from zenvoy.fleet.limits import require_room_for
+from zenvoy.fleet.limits import require_no_session, require_room_for
 from zenvoy.fleet.progress import ClockReader, OnProgress, clock_to, progress_of
 from zenvoy.fleet.rehearsal import rehearse
 from zenvoy.fleet.requests import requests_to_end_handled_by
@@ -118,6 +118,7 @@ def _run_on_processes(
     While they run, the folder says where `guests` and others connect to.
     """
     scenario = loaded.scenario
+    require_no_session()
     require_room_for(len(hosts(scenario.fleet.size, per_process, guests.without)) + 2)
     sockets = socket_folder()  # paths of sockets are short by law, those of runs are not
     labels = labels_of(loaded, "zenoh", per_process)

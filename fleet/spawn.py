@@ -73,8 +73,7 @@ def spawn(program: Program, log: Path, tell: Tell) -> Child:
     a request that comes before is heard then.
     """
     parent = os.getpid()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    _flush()
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     pid = os.fork()
     if pid == 0:
@@ -135,10 +134,15 @@ def _status(program: Program, error: BaseException, tell: Tell) -> int:
 
 
 def _leave(code: int) -> NoReturn:
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError):  # its disk may be full
-            stream.flush()
+    _flush()
     os._exit(code)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # its disk may be full, or it may be closed
+            if stream is not None:  # as in a daemon
+                stream.flush()
 
 
 def die_with(parent: int, number: signal.Signals) -> None:

@@ -1,0 +1,98 @@
+"""Runs a scenario from Python."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from os import PathLike, fspath
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from zenvoy import errors
+from zenvoy.analysis.log.arrays import as_json
+from zenvoy.bus.text import utf8
+from zenvoy.fleet.ends import Death, want_of
+from zenvoy.fleet.engine import ENGINES, Engine
+from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
+from zenvoy.fleet.progress import Progress
+from zenvoy.fleet.run import Watch
+from zenvoy.fleet.run import run as run_in
+from zenvoy.result import Run, load
+from zenvoy.scenarios import Loaded, Scenario, effective_json, effective_yaml
+from zenvoy.settings import loaded
+
+__all__ = ["Progress", "run"]
+
+
+def run(
+    scenario: str | PathLike[str] | Loaded | Scenario,
+    *,
+    seed: int | None = None,
+    engine: Engine = "processes",
+    out: str | PathLike[str] | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+) -> Run:
+    """Run a scenario to its end, and return what it has logged.
+
+    `scenario` is the name of a built-in one, a file, or what `zenvoy.scenario` returns; `seed`
+    replaces its seed. `engine` is "processes", a process per vehicle on Zenoh, or "in-process":
+    all vehicles in this process, faster for a small fleet. Both give the same bits. `out` is the
+    folder of the run, new or empty, by default `runs/<time>-<scenario>`. `on_progress` is called
+    several times a second, in this thread; what it raises ends the run.
+
+    Nothing is printed. Ctrl-C raises KeyboardInterrupt; the log up to there is kept. Processes are
+    forked from this one: it must not have opened a Zenoh session before.
+
+    Raises ScenarioError, FolderError, InputError for an unknown engine, ProcessLostError where a
+    process dies or stalls, and RunError where the system has no room for the run.
+    """
+    what = _seeded(scenario, seed)
+    if engine not in ENGINES:
+        raise errors.InputError(f"engine: {engine!r} is not one of {', '.join(ENGINES)}")
+    if what.scenario.clock == "realtime" and engine != "processes":
+        raise errors.InputError(
+            'clock: realtime is for a process per vehicle; allowed: engine="processes"'
+        )
+    try:
+        folder = make_folder(None if out is None else Path(fspath(out)), what.name)
+    except FolderError as error:
+        raise errors.FolderError(str(error)) from error
+    log = folder / LOG
+    watch = Watch() if on_progress is None else Watch(on_progress=on_progress)
+    try:
+        death = run_in(what, folder, engine, watch)
+        if death is not None and not death.complete:
+            raise _lost(death, log)
+        done = load(log)
+        (folder / SUMMARY).write_bytes(utf8(as_json(done.summary)))
+    except OSError as error:  # a full disk, too few processes or file descriptors
+        raise errors.RunError(f"the run cannot go on: {want_of(error)}", _kept(log)) from error
+    return done
+
+
+def _seeded(scenario: str | PathLike[str] | Loaded | Scenario, seed: int | None) -> Loaded:
+    if isinstance(scenario, Scenario):
+        text = effective_yaml(scenario)
+        scenario = Loaded(name="scenario", scenario=scenario, text=text)
+    if not isinstance(scenario, Loaded):
+        return loaded(scenario, {}, seed)
+    if seed is None:
+        return scenario
+    values = {**json.loads(effective_json(scenario.scenario)), "seed": seed}
+    try:
+        return replace(scenario, scenario=Scenario.model_validate(values))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise errors.ScenarioError(f"seed {seed}: {first['msg']}") from error
+
+
+def _lost(death: Death, log: Path) -> errors.RunError:
+    if death.refused:
+        return errors.RunError(str(death), _kept(log))
+    return errors.ProcessLostError(str(death), _kept(log), death.name, death.tail)
+
+
+def _kept(log: Path) -> Path | None:
+    return log if log.exists() else None
