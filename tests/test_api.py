@@ -89,7 +89,7 @@ def test_changes_are_what_the_command_sets(here: Path) -> None:
     changed = zenvoy.scenario("s.yaml", **changes)
     assert changed.name == "s"
     assert changed.scenario.channel.loss.p == 0.5
-    assert changed.scenario.channel.technology == "lte-a-pro"
+    assert changed.scenario.channel.technology.name == "lte-a-pro"
     assert changed.scenario.control.v2v_wait_ms == 0
     assert changed.scenario.fleet.size == 3  # what is not named stays
     assert len(changed.scenario.events) == 1
