@@ -9,6 +9,7 @@ from pathlib import Path
 
 from zenvoy.analysis.log.arrays import messages
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.topics import CLOCK
 
 WARM_UP_CYCLES = 120  # the controller switches at 10 s
 
@@ -26,7 +27,8 @@ def convoy_rate(vehicles: int, cycles: int, bus: str, per_process: int = 1) -> f
         command += ["--set", f"fleet.size={vehicles}", "--duration-s", f"{duration_s}"]
         subprocess.run([*command, "--out", str(out)], check=True, capture_output=True)
         clocks = [
-            pb.Clock.FromString(bytes(data)) for _, data in messages(out / "run.mcap", ["/clock"])
+            pb.Clock.FromString(bytes(data))
+            for _, data in messages(out / "run.mcap", [CLOCK.log_name])
         ]
     first, last = clocks[WARM_UP_CYCLES], clocks[-1]
     return (last.cycle - first.cycle) / ((last.wall_ns - first.wall_ns) * 1e-9)

@@ -25,6 +25,7 @@ from rich.markdown import Markdown
 
 from benchmarks.facts import facts
 from zenvoy.analysis import read_fleet, summarize
+from zenvoy.bus.topics import TRUTH
 from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.gains import gain_schedule
@@ -126,7 +127,7 @@ def run_of(kind: str, seed: int) -> Run:
             speed_read=summary["speed"]["measured"]["rmse"],
             gap_read=summary["gap"]["measured"]["rmse"],
             cpu_s=cpu_s,
-            positions=read_fleet(out / "run.mcap")["/fleet/truth"]["position"],
+            positions=read_fleet(out / "run.mcap")[TRUTH.log_name]["position"],
         )
 
 

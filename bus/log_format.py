@@ -1,31 +1,24 @@
-"""What the writer of a log and its readers agree on, beyond MCAP and messages.proto."""
+"""What the writer of a log and its readers agree on, beyond MCAP and messages.proto.
+
+Topics stand in `topics`, metadata records in `log_metadata`.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from typing import Final
 
-from zenvoy.bus.topics import TOPICS
+from zenvoy.bus.topics import CLOCK, REALTIME, TOPICS
 
 # Log times are this plus simulation time: 2000-01-01T00:00:00Z. Readers take zero for "unknown".
 EPOCH_NS: Final = 946_684_800 * 1_000_000_000
 
-RUN: Final = "zenvoy.run"
-"""Metadata: who made the log, from what. Written first."""
-RESULT: Final = "zenvoy.result"
-"""Metadata: how the run ended. Written last."""
-LAWS: Final = "zenvoy.laws"
-"""Metadata: laws of the scenario's own, by mode; only in logs of such runs."""
-REPAIR: Final = "zenvoy.repair"
-"""Metadata: what a repair has found and left out; in repaired logs alone."""
 SCENARIO: Final = "scenario.yaml"
+"""Attachment: the scenario as its file has it."""
 EFFECTIVE: Final = "effective.json"
+"""Attachment: the scenario with all its values, defaults included."""
 
-CHECKSUM: Final = "sha256"
-"""Key of a metadata record under which stands the checksum of its other entries."""
-
-WALL_TIME: Final = frozenset({"/clock", "/realtime"})
+WALL_TIME: Final = frozenset({CLOCK.log_name, REALTIME.log_name})
 """Topics that tell of wall time: no part of what is to be the same in every run."""
 
 CHUNK_BYTES: Final = 1 << 20
@@ -60,22 +53,6 @@ class Fingerprint:
     def hexdigest(self) -> str:
         """Fingerprint of what was added so far."""
         return self._digest.hexdigest()
-
-
-def sealed(facts: Mapping[str, str]) -> dict[str, str]:
-    """The entries of a metadata record, and their checksum as the last one."""
-    return {**facts, CHECKSUM: checksum(facts)}
-
-
-def checksum(facts: Mapping[str, str]) -> str:
-    """SHA-256 over the entries of a metadata record, in order of key, but for CHECKSUM itself."""
-    digest = hashlib.sha256()
-    for key in sorted(facts):
-        if key != CHECKSUM:
-            for text in (key, facts[key]):
-                data = text.encode()
-                digest.update(len(data).to_bytes(8, "little") + data)
-    return digest.hexdigest()
 
 
 def chunk_limit(vehicles: int) -> int:

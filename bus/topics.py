@@ -27,6 +27,13 @@ class Topic(Generic[M_co]):
     reader: str | None = None  # the role that reads it; None: anyone who likes
     logged_as: str | None = None
 
+    @property
+    def log_name(self) -> str:
+        """Name of this stream in the log; raises ValueError where it is not logged."""
+        if self.logged_as is None:
+            raise ValueError(f"{self.name} is not logged")
+        return self.logged_as
+
     def key(self, run: str, vehicle: int | str = "*") -> str:
         """Zenoh key of this stream in `run`; `*` for all vehicles."""
         if self.pattern is None:

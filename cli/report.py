@@ -11,7 +11,7 @@ from rich.table import Table
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.facts import Facts
 from zenvoy.analysis.measures.metrics import telling
-from zenvoy.bus.log_format import CHECKSUM
+from zenvoy.bus.log_metadata import CHECKSUM
 from zenvoy.scenarios import Technology
 
 _LATENESS: Final = {

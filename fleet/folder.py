@@ -9,7 +9,6 @@ from zenvoy.bus.clock import stamp
 
 # What is in it.
 LOG: Final = "run.mcap"
-EFFECTIVE: Final = "effective.json"
 SUMMARY: Final = "summary.json"
 LOGS: Final = "logs"
 """A text file per process."""

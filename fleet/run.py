@@ -15,11 +15,12 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.hosts import hosts
 from zenvoy.bus.in_process import InProcessBus
+from zenvoy.bus.log_format import EFFECTIVE
 from zenvoy.bus.text import utf8
 from zenvoy.fleet.agents import agents_of
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.engine import Engine
-from zenvoy.fleet.folder import EFFECTIVE, LOG, LOGS
+from zenvoy.fleet.folder import LOG, LOGS
 from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, meeting
 from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.limits import require_no_session, require_room_for

@@ -53,7 +53,7 @@ from tests.logs import chunk_every, write_log
 from zenvoy.analysis import LogError, load
 from zenvoy.analysis.page.drawing import Drawn, drawn
 from zenvoy.analysis.page.section import Picture
-from zenvoy.bus.log_format import CHECKSUM, RESULT, RUN, sealed
+from zenvoy.bus.log_metadata import CHECKSUM, RESULT, RUN, sealed
 from zenvoy.cli import analyze as commands
 from zenvoy.cli.app import app
 

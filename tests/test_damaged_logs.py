@@ -36,7 +36,7 @@ from zenvoy.analysis import LogError, load, read_facts
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.log.repair import RepairError, repair
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.log_format import RESULT, RUN, sealed
+from zenvoy.bus.log_metadata import RESULT, RUN, sealed
 from zenvoy.bus.log_writer import LogWriter
 from zenvoy.cli.analyze import bearing
 
@@ -320,6 +320,18 @@ def test_metadata_without_a_key_or_with_text_for_a_number_is_made_good_and_told_
     assert any(says in note for note in run.notes), run.notes
     assert run.seed == whole.seed
     assert_begins(run, whole)
+
+
+@pytest.mark.parametrize("name", ["seven.mcap", "7.mcap"])
+def test_a_scenario_may_have_any_name_whatever_the_log_is_called(
+    path: Path, content: bytes, name: str
+) -> None:
+    """The stem of the file stands in for a name that is missing; it does not judge one."""
+    named = path.with_name(name)
+    named.write_bytes(content)
+    run = load(named)
+    assert run.name == load(path).name
+    assert run.notes == ()
 
 
 def test_a_channel_record_that_is_gone_is_told_of(path: Path, content: bytes) -> None:

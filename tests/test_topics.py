@@ -1,13 +1,17 @@
-"""Every stream's key, writer, reader and name in the log, as DESIGN.md section 6 and 7 have it."""
+"""Every stream's key, writer, reader and name in the log, as docs/architecture.md has it."""
 
 from __future__ import annotations
 
-from typing import Any
+import ast
+from pathlib import Path
+from typing import Any, Final
 
 import pytest
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.log_format import EFFECTIVE, SCENARIO
+from zenvoy.bus.log_metadata import REPAIR, RESULT, RUN
 from zenvoy.bus.topics import (
     BEACON,
     CLOCK,
@@ -67,6 +71,31 @@ def test_there_are_no_others() -> None:
     assert set(TOPICS) == keyed | set(LOGGED) | {REALTIME}
     assert REALTIME.logged_as == "/realtime"
     assert len({topic.name for topic in TOPICS}) == len(TOPICS)
+
+
+ROOT: Final = Path(__file__).parents[1]
+PACKAGES: Final = tuple(sorted(path.parent.name for path in ROOT.glob("*/py.typed")))
+DECLARED_IN: Final = {
+    **{topic.log_name: "bus/topics.py" for topic in (*LOGGED, REALTIME)},
+    **dict.fromkeys((RUN, RESULT, REPAIR), "bus/log_metadata.py"),
+    **dict.fromkeys((SCENARIO, EFFECTIVE), "bus/log_format.py"),
+}
+
+
+def test_names_in_the_log_are_written_once() -> None:
+    """Whoever reads or writes a log imports its names from bus."""
+    found: dict[str, list[str]] = {}
+    for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Constant) and node.value in DECLARED_IN:
+                found.setdefault(node.value, []).append(path.relative_to(ROOT).as_posix())
+    assert found == {name: [place] for name, place in DECLARED_IN.items()}
+
+
+@pytest.mark.parametrize("topic", [SENSE, BEACON, LINKS])
+def test_what_is_not_logged_has_no_name_in_the_log(topic: Topic[Any]) -> None:
+    with pytest.raises(ValueError, match="is not logged"):
+        _ = topic.log_name
 
 
 def test_other_keys() -> None:

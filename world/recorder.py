@@ -16,16 +16,8 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import WallClock
-from zenvoy.bus.log_format import (
-    EFFECTIVE,
-    EPOCH_NS,
-    LAWS,
-    RESULT,
-    RUN,
-    SCENARIO,
-    Fingerprint,
-    sealed,
-)
+from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, SCENARIO, Fingerprint
+from zenvoy.bus.log_metadata import LAWS, RESULT, RUN, ResultMetadata, RunMetadata, sealed
 from zenvoy.bus.log_writer import LogWriter
 from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
@@ -76,7 +68,7 @@ class Recorder:
 
     def __enter__(self) -> Self:
         self._writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
-        self._writer.add_metadata(RUN, sealed(_facts(self._labels)))
+        self._writer.add_metadata(RUN, sealed(_metadata(self._labels).written()))
         if self._labels.laws:
             self._writer.add_metadata(LAWS, sealed(self._labels.laws))
         self._attach(SCENARIO, "application/yaml", self._labels.scenario_text)
@@ -117,23 +109,19 @@ class Recorder:
 
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         """Write one message under an instant of simulation time."""
-        assert topic.logged_as is not None
-        self._fingerprint.add(topic.logged_as, time_ns, payload)
+        self._fingerprint.add(topic.log_name, time_ns, payload)
         self._write(topic, time_ns, payload)
         if topic is TRUTH:
             self._tick(time_ns)
 
     def result(self) -> dict[str, str]:
-        """How the run ended: fingerprint, cycles, wall time (s), real-time factor."""
-        wall_s = self._last.wall_ns * 1e-9
-        return {
-            "end": self.end,
-            "fingerprint": self._fingerprint.hexdigest(),
-            "cycles": str(self._last.cycle),
-            "simulated_s": f"{self._last.time_ns * 1e-9:.9g}",
-            "wall_s": f"{wall_s:.6f}",
-            "real_time_factor": f"{self._last.real_time_factor:.6f}",
-        }
+        """Return the entries of zenvoy.result, as they stand now."""
+        return ResultMetadata(
+            end=self.end,
+            fingerprint=self._fingerprint.hexdigest(),
+            cycles=self._last.cycle,
+            clock=self._last,
+        ).written()
 
     def _tick(self, time_ns: int) -> None:
         """Say what the wall clock says of this cycle; flush now and then."""
@@ -163,9 +151,8 @@ class Recorder:
         schema = self._writer.register_schema(
             topic.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, _descriptors()
         )
-        assert topic.logged_as is not None
         self._channels[topic] = self._writer.register_channel(
-            topic.logged_as, MessageEncoding.Protobuf, schema
+            topic.log_name, MessageEncoding.Protobuf, schema
         )
 
     def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
@@ -178,24 +165,23 @@ class Recorder:
         self._writer.add_attachment(EPOCH_NS, EPOCH_NS, name, media_type, text.encode())
 
 
-def _facts(labels: Labels) -> dict[str, str]:
-    """Who made the log, from what, with which versions."""
+def _metadata(labels: Labels) -> RunMetadata:
+    """Return who made the log, from what, with which versions."""
     packages = ("zenvoy", "eclipse-zenoh", "numpy", "filterpy", "mcap", "protobuf")
-    return {
-        "scenario": labels.scenario_name,
-        "seed": str(labels.seed),
-        "cycles": str(labels.cycles),
-        "period_ns": str(labels.period_ns),
-        "vehicles": str(labels.vehicles),
-        "bus": labels.bus,
-        "run": labels.run,
-        "vehicles_per_process": str(labels.per_process),
-        **({"notes": "\n".join(labels.notes)} if labels.notes else {}),
-        "epoch_ns": str(EPOCH_NS),
-        "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        **{f"version.{name}": version(name) for name in packages},
-    }
+    return RunMetadata(
+        scenario=labels.scenario_name,
+        seed=labels.seed,
+        cycles=labels.cycles,
+        period_ns=labels.period_ns,
+        vehicles=labels.vehicles,
+        bus=labels.bus,
+        run=labels.run,
+        vehicles_per_process=labels.per_process,
+        notes=labels.notes,
+        python=platform.python_version(),
+        machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        versions={name: version(name) for name in packages},
+    )
 
 
 def _descriptors() -> bytes:

@@ -13,6 +13,7 @@ from zenvoy.analysis.measures.summary import Summary
 from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.report import ended, made_by, models, sentence, simulated_s
 from zenvoy.analysis.page.section import Cell, Section, Sheet
+from zenvoy.bus.log_metadata import versions_of
 
 _ABSENT = "–"
 _ROUNDING: Final = 1e-12  # of a figure: less is no difference of runs
@@ -144,7 +145,9 @@ def _caveats(compared: Sequence[Compared]) -> Iterator[str]:
         "road": [each.run.scenario.road.type for each in compared],
         "cycle": [f"{each.run.scenario.period_ms:g} ms" for each in compared],
         "seed": [str(each.run.seed) for each in compared],
-        "version of Zenvoy": [each.run.run.get("version.zenvoy", "unknown") for each in compared],
+        "version of Zenvoy": [
+            versions_of(each.run.run).get("zenvoy", "unknown") for each in compared
+        ],
     }
     for what, values in told.items():
         if len(set(values)) > 1:

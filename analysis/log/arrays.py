@@ -14,7 +14,7 @@ from zenvoy.analysis.log.reading import read
 from zenvoy.analysis.log.records import LogError, Pass
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, FRAMES, RADAR, TRUTH
+from zenvoy.bus.topics import ESTIMATE, EVENTS, FLEET_COMMAND, FRAMES, RADAR, TRUTH
 
 __all__ = ["Facts", "LogError", "Table", "as_json", "read_facts"]
 
@@ -29,13 +29,13 @@ def read_facts(path: Path) -> Facts:
 def read_fleet(path: Path) -> dict[str, Table]:
     """The fleet topics by name: each a table of arrays, (cycles, vehicles) or (cycles,)."""
     tables = read(path).tables
-    return {topic.logged_as or "": tables[topic.logged_as or ""] for topic in _FLEET}
+    return {topic.log_name: tables[topic.log_name] for topic in _FLEET}
 
 
 def read_frames(path: Path) -> Iterator[Table]:
     """`/v2v/frames`, cycle by cycle: columns with a row per frame and receiver."""
     codec = PackedCodec(FRAMES.message.DESCRIPTOR)
-    for name, payload in messages(path, ["/v2v/frames"]):
+    for name, payload in messages(path, [FRAMES.log_name]):
         try:
             yield codec.decode(payload)
         except ValueError as error:
@@ -52,7 +52,7 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, memoryvie
 
     Of a topic with a message per cycle, the cycles up to the first that is missing.
     """
-    cycles = {topic: Cycles() for topic in topics if topic != "/events"}
+    cycles = {topic: Cycles() for topic in topics if topic != EVENTS.log_name}
     with Pass(path) as log:
         for message in log.messages(topics):
             if message.topic not in cycles or cycles[message.topic].take(message.payload):

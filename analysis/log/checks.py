@@ -9,7 +9,9 @@ from mcap.opcode import Opcode
 
 from zenvoy.analysis.log.cycles import Cycles, Stretch, named, union
 from zenvoy.analysis.log.records import Pass
-from zenvoy.bus.log_format import CHECKSUM, REPAIR, RESULT, RUN, checksum
+from zenvoy.bus.log_format import EFFECTIVE
+from zenvoy.bus.log_metadata import CHECKSUM, REPAIR, RESULT, RUN, checksum
+from zenvoy.bus.topics import TRUTH
 from zenvoy.scenarios import Scenario
 
 
@@ -78,14 +80,14 @@ def _effective(log: Pass, scenario: Scenario) -> Iterator[Check]:
     }
     run = log.metadata[RUN]
     wrong = [
-        f"metadata {RUN} has {key} {run[key]}, effective.json {value}"
+        f"metadata {RUN} has {key} {run[key]}, {EFFECTIVE} {value}"
         for key, value in expected.items()
         if key in run and run[key] != str(value)
     ]
     for fault in wrong:
         yield Check(name="scenario", holds=False, says=fault)
     if not wrong:
-        yield Check(name="scenario", holds=True, says=f"metadata {RUN} agrees with effective.json")
+        yield Check(name="scenario", holds=True, says=f"metadata {RUN} agrees with {EFFECTIVE}")
 
 
 def _statistics(log: Pass) -> Check:
@@ -151,9 +153,9 @@ def _result(log: Pass, content: Content) -> Iterator[Check]:
     if not log.whole and CHECKSUM not in result:  # of before this was written after all messages
         yield Check(name="fingerprint", holds=None, says="the log is cut before its fingerprint")
         return
-    last = content.cycles["/fleet/truth"].last
+    last = content.cycles[TRUTH.log_name].last
     if result.get("cycles", "").isdecimal() and int(result["cycles"]) != last:
-        says = f"metadata {RESULT} tells of {result['cycles']} cycles, /fleet/truth of {last}"
+        says = f"metadata {RESULT} tells of {result['cycles']} cycles, {TRUTH.log_name} of {last}"
         yield Check(name="cycles", holds=False, says=says)
     told = result.get("fingerprint")
     if told is None:

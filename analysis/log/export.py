@@ -48,7 +48,7 @@ def export(run: Run, folder: Path, form: Form) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for topic in LOGGED:
-            name = (topic.logged_as or "").rsplit("/", 1)[-1]
+            name = topic.log_name.rsplit("/", 1)[-1]
             part = folder / f".{name}.{form}.{os.getpid()}.part"
             parts.append((part, folder / f"{name}.{form}"))
             _write(part, form, _pieces(run, topic))
@@ -105,7 +105,7 @@ def _pieces(run: Run, topic: Topic[Any]) -> Iterator[pa.Table]:
 
 def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
     """A row per cycle and vehicle, vehicles within cycles."""
-    table, n = run[topic.logged_as or ""], run.vehicles
+    table, n = run[topic.log_name], run.vehicles
     times = {name: np.repeat(column, n) for name, column in _times(table).items()}
     rows = len(times["cycle"])
     vehicle = np.tile(np.arange(1, n + 1, dtype=np.uint32), rows // n)
@@ -116,7 +116,7 @@ def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
     if topic is not ESTIMATE:
         return _table({**times, "vehicle": vehicle, **columns}, rows)
     own = {mode: law.name for mode, law in sorted(run.laws.items()) if mode >= pb.MODE_OWN}
-    units = run.units["/fleet/estimate"]
+    units = run.units[ESTIMATE.log_name]
     return _table({**times, "vehicle": vehicle, **columns}, rows, units, own)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,11 @@ from pydantic import ValidationError
 
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.records import LogError, Pass
-from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, RESULT, RUN
+from zenvoy.bus.log_format import EFFECTIVE
+from zenvoy.bus.log_metadata import RESULT, RUN, RunMetadata, read_result, read_run
 from zenvoy.scenarios import Scenario
 
 _UNKNOWN: Final = "unknown"
-_RESULT_NUMBERS: Final = ("cycles", "simulated_s", "wall_s", "real_time_factor")
-_OF_RESULT: Final = ("end", "fingerprint", *_RESULT_NUMBERS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,31 +86,24 @@ def scenario_of(path: Path, log: Pass) -> Scenario:
 
 def metadata_of(path: Path, log: Pass, scenario: Scenario) -> Metadata:
     """Metadata of the log at `path`: what is missing or no number is taken from elsewhere."""
-    instead = {
-        "scenario": path.stem,
-        "seed": str(scenario.seed),
-        "cycles": str(scenario.cycles),
-        "period_ns": str(scenario.period_ns),
-        "vehicles": str(scenario.fleet.size),
-        "epoch_ns": str(EPOCH_NS),
-        **dict.fromkeys(("bus", "run", "python", "machine"), _UNKNOWN),
-    }
-    run, result = shown_facts(log.metadata[RUN]), shown_facts(log.metadata.get(RESULT, {}))
-    faults = []
-    for key, value in instead.items():
-        if key not in run:
-            faults.append(f"metadata {RUN} has no {key}")
-        elif value.isdecimal() and not run[key].isdecimal():
-            faults.append(f"metadata {RUN}: {key}: {run[key]!r} is not a number")
-        else:
-            continue
-        run[key] = value
-    if RESULT in log.metadata:
-        faults += [f"metadata {RESULT} has no {key}" for key in _OF_RESULT if key not in result]
-    for key in _RESULT_NUMBERS:
-        if key in result and not _is_number(result[key], whole=key == "cycles"):
-            faults.append(f"metadata {RESULT}: {key}: {result.pop(key)!r} is not a number")
-    return Metadata(run=run, result=result, faults=tuple(faults))
+    run, faults = read_run(
+        shown_facts(log.metadata[RUN]),
+        instead=RunMetadata(
+            scenario=path.stem,
+            seed=scenario.seed,
+            cycles=scenario.cycles,
+            period_ns=scenario.period_ns,
+            vehicles=scenario.fleet.size,
+            bus=_UNKNOWN,
+            run=_UNKNOWN,
+            python=_UNKNOWN,
+            machine=_UNKNOWN,
+        ),
+    )
+    if RESULT not in log.metadata:
+        return Metadata(run=run, result={}, faults=tuple(faults))
+    result, others = read_result(shown_facts(log.metadata[RESULT]))
+    return Metadata(run=run, result=result, faults=(*faults, *others))
 
 
 def shown(text: str) -> str:
@@ -123,11 +114,3 @@ def shown(text: str) -> str:
 def shown_facts(facts: Mapping[str, str]) -> dict[str, str]:
     """Metadata as it can be printed."""
     return {shown(key): shown(value) for key, value in facts.items()}
-
-
-def _is_number(text: str, *, whole: bool) -> bool:
-    try:
-        number = float(text)
-    except ValueError:
-        return False
-    return math.isfinite(number) and number >= 0 and (not whole or text.isdecimal())

@@ -20,9 +20,9 @@ from zenvoy.analysis.log.reading import TABLES, read
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.log.units import UNITS
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, RADAR, TRUTH
 from zenvoy.scenarios import Scenario
 
-_FRAMES: Final = "/v2v/frames"
 # Of /v2v/frames, in memory: there are no more than 10,000 vehicles, nor 256 outcomes.
 _NARROW: Final = {
     "cycle": np.uint32,
@@ -85,7 +85,7 @@ class Run:
     def __getitem__(self, topic: str) -> Table:
         """Table of a topic by its name in the log; raises KeyError, also for /events."""
         tables = (self.truth, self.radar, self.estimate, self.command, self.clock)
-        if topic == _FRAMES:
+        if topic == FRAMES.log_name:
             return self.frames
         return dict(zip(TABLES, tables, strict=True))[topic]
 
@@ -160,14 +160,14 @@ def load(path: str | Path) -> Run:
         result=facts.result,
         scenario=facts.scenario,
         checks=facts.checks,
-        notes=notes_of(facts, tables["/fleet/truth"], reading.events),
-        truth=tables["/fleet/truth"],
-        radar=tables["/fleet/radar"],
-        estimate=tables["/fleet/estimate"],
-        command=tables["/fleet/command"],
-        clock=tables["/clock"],
+        notes=notes_of(facts, tables[TRUTH.log_name], reading.events),
+        truth=tables[TRUTH.log_name],
+        radar=tables[RADAR.log_name],
+        estimate=tables[ESTIMATE.log_name],
+        command=tables[FLEET_COMMAND.log_name],
+        clock=tables[CLOCK.log_name],
         events=reading.events,
         frame_rows=reading.frame_rows,
         laws=reading.laws,
-        units=UNITS | {"/fleet/estimate": UNITS["/fleet/estimate"] | reading.law_units},
+        units=UNITS | {ESTIMATE.log_name: UNITS[ESTIMATE.log_name] | reading.law_units},
     )

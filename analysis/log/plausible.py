@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.columns import Table
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.topics import TRUTH
 
 _LARGEST: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
 _LATEST_NS: Final = 1 << 60  # 36 years
@@ -17,7 +18,7 @@ _MOST_MODES: Final = 128
 _OPTIONAL: Final = {"neighbours"}  # columns that not every run has
 _OF_FRAMES: Final = ("destination", "sequence", "sent_ns", "arrived_ns", "latency_ns", "distance")
 # No number of these is ever missing; of a command that never came in real time, all is.
-_COMPLETE: Final = {"/fleet/truth"}
+_COMPLETE: Final = {TRUTH.log_name}
 _OF_REALTIME: Final = (
     ("sensed_ns", "decided_ns", "commanded_ns"),
     ("source", "destination", "arrived_ns", "came_ns"),

@@ -17,11 +17,13 @@ from zenvoy.analysis.log.laws import LoggedLaw, laws_in, split_logged
 from zenvoy.analysis.log.plausible import event_fault, fleet_fault, frames_fault, realtime_fault
 from zenvoy.analysis.log.records import LogError, Message, Pass
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.log_format import EFFECTIVE, LAWS, REPAIR, RUN, Fingerprint
+from zenvoy.bus.log_format import EFFECTIVE, Fingerprint
+from zenvoy.bus.log_metadata import LAWS, REPAIR, RUN, read_epoch_ns
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import (
     CLOCK,
     ESTIMATE,
+    EVENTS,
     FLEET_COMMAND,
     FRAMES,
     LOGGED,
@@ -32,12 +34,12 @@ from zenvoy.bus.topics import (
 from zenvoy.scenarios import Scenario
 
 TABLES: Final = {
-    topic.logged_as or "": PackedCodec(topic.message.DESCRIPTOR)
+    topic.log_name: PackedCodec(topic.message.DESCRIPTOR)
     for topic in (TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, CLOCK)
 }
 _STREAMED: Final = {
-    "/v2v/frames": (PackedCodec(FRAMES.message.DESCRIPTOR), frames_fault),
-    "/realtime": (PackedCodec(REALTIME.message.DESCRIPTOR), realtime_fault),
+    FRAMES.log_name: (PackedCodec(FRAMES.message.DESCRIPTOR), frames_fault),
+    REALTIME.log_name: (PackedCodec(REALTIME.message.DESCRIPTOR), realtime_fault),
 }
 _ROW_BYTES: Final = 1_024  # more than a message holds of a vehicle
 
@@ -63,9 +65,8 @@ def read(path: Path) -> Reading:
             if RUN in log.metadata and EFFECTIVE in log.attachments:
                 break
     scenario = scenario_of(path, log)
-    epoch_ns = int(metadata_of(path, log, scenario).run["epoch_ns"])
     laws, of_laws = _laws(log)
-    collector = _Collector(path, scenario, epoch_ns, laws)
+    collector = _Collector(path, scenario, read_epoch_ns(log.metadata[RUN]), laws)
     with Pass(path, check=True) as log:
         for message in log.messages(None):
             collector.take(message)
@@ -84,7 +85,7 @@ def read(path: Path) -> Reading:
         scenario=scenario,
         counts=_counts(log),
         whole=log.whole,
-        read_cycles=collector.cycles["/fleet/truth"].kept,
+        read_cycles=collector.cycles[TRUTH.log_name].kept,
         checks=checks_of(log, scenario, content),
     )
     return Reading(
@@ -119,7 +120,7 @@ class _Collector:
         self._epoch_ns = epoch_ns
         self._rows: dict[str, list[bytes]] = {topic: [] for topic in TABLES}
         self._events: list[pb.Event] = []
-        self.cycles = {topic: Cycles(scenario.cycles) for topic in (*TABLES, "/v2v/frames")}
+        self.cycles = {topic: Cycles(scenario.cycles) for topic in (*TABLES, FRAMES.log_name)}
         self.fingerprint = Fingerprint()
         self.frame_rows = 0
 
@@ -127,7 +128,7 @@ class _Collector:
         """Take in the next message of the log."""
         topic, payload = message.topic, message.payload
         self.fingerprint.add(topic, message.log_time_ns - self._epoch_ns, payload)
-        if topic == "/events":
+        if topic == EVENTS.log_name:
             self._events.append(self._event(payload))
         elif topic in TABLES:
             if len(payload) > _ROW_BYTES * (1 + self._vehicles):
@@ -146,7 +147,7 @@ class _Collector:
         """Table of a topic with a row for each cycle up to the first gap."""
         try:
             table = stack(TABLES[topic], self._rows[topic])
-            if topic == "/fleet/estimate":
+            if topic == ESTIMATE.log_name:
                 self.law_units = split_logged(table, self._laws, self._vehicles)
         except ValueError as error:
             raise LogError(f"{self._path}: {topic}: {error}") from error
@@ -157,7 +158,7 @@ class _Collector:
 
     def events_read(self) -> list[pb.Event]:
         """Events; where cycles are missing, those up to the last row of /fleet/truth."""
-        truth = self.cycles["/fleet/truth"]
+        truth = self.cycles[TRUTH.log_name]
         if not truth.missing():
             return self._events
         last_ns = max(0, truth.kept - 1) * self._period_ns
@@ -172,23 +173,23 @@ class _Collector:
         fault = fault_of(table, self._vehicles)
         if fault is not None:
             raise LogError(f"{self._path}: {topic}: {fault}")
-        if topic == "/v2v/frames":
+        if topic == FRAMES.log_name:
             self.frame_rows += len(table["source"])
 
     def _event(self, payload: memoryview) -> pb.Event:
         try:
             event = pb.Event.FromString(bytes(payload))
         except DecodeError as error:
-            raise LogError(f"{self._path}: /events: {error}") from error
+            raise LogError(f"{self._path}: {EVENTS.log_name}: {error}") from error
         fault = event_fault(event, self._vehicles)
         if fault is not None:
-            raise LogError(f"{self._path}: /events: {fault}")
+            raise LogError(f"{self._path}: {EVENTS.log_name}: {fault}")
         return event
 
 
 def _counts(log: Pass) -> dict[str, int]:
     """Messages by topic, those of Zenvoy's first."""
-    counts = {topic.logged_as or "": 0 for topic in LOGGED}
+    counts = {topic.log_name: 0 for topic in LOGGED}
     for channel, topic in log.topics.items():
         name = shown(topic)
         counts[name] = counts.get(name, 0) + log.counts[channel]

@@ -25,7 +25,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from zenvoy.analysis.log.chunks import DamageError, unpacked
 from zenvoy.analysis.log.resync import kind_by_content, next_record
-from zenvoy.bus.log_format import RUN, chunk_limit
+from zenvoy.bus.log_format import chunk_limit
+from zenvoy.bus.log_metadata import RUN
 
 _HEAD: Final = struct.Struct("<BQ")  # of a record: what it is, and its length
 _MESSAGE: Final = struct.Struct("<HIQQ")  # before its data

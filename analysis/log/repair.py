@@ -16,18 +16,20 @@ from zenvoy.analysis.log.facts import Facts
 from zenvoy.analysis.log.reading import TABLES, read
 from zenvoy.analysis.log.records import LogError, Message, Pass
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.log_format import (
-    CHECKSUM,
-    EPOCH_NS,
+from zenvoy.bus.log_format import EPOCH_NS, Fingerprint
+from zenvoy.bus.log_metadata import (
     REPAIR,
     RESULT,
     RUN,
-    Fingerprint,
+    ResultMetadata,
+    read_epoch_ns,
     sealed,
+    unsealed,
 )
 from zenvoy.bus.log_writer import LogWriter
+from zenvoy.bus.topics import CLOCK, FRAMES, REALTIME, TRUTH
 
-_PER_CYCLE = frozenset({*TABLES, "/v2v/frames", "/realtime"})
+_PER_CYCLE = frozenset({*TABLES, FRAMES.log_name, REALTIME.log_name})
 
 
 class RepairError(Exception):
@@ -103,12 +105,8 @@ def _copy(path: Path, file: IO[bytes], found: tuple[str, ...], salvage: bool) ->
         result = copy.result(log.whole)
     writer.flush()  # type: ignore[no-untyped-call]  # mcap does not annotate it
     writer.add_metadata(REPAIR, sealed({"of": path.name, "found": "; ".join(found)}))
-    writer.add_metadata(RESULT, _resealed(result))
+    writer.add_metadata(RESULT, sealed(unsealed(result)))
     writer.finish()  # type: ignore[no-untyped-call]  # mcap does not annotate it
-
-
-def _resealed(facts: dict[str, str]) -> dict[str, str]:
-    return sealed({key: value for key, value in facts.items() if key != CHECKSUM})
 
 
 class _Copy:
@@ -130,9 +128,9 @@ class _Copy:
         for name, facts in log.metadata.items():
             if name not in self._metadata:
                 self._metadata.add(name)
-                self._writer.add_metadata(name, _resealed(facts))
-                epoch = facts.get("epoch_ns", "")
-                self._epoch_ns = int(epoch) if name == RUN and epoch.isdecimal() else EPOCH_NS
+                self._writer.add_metadata(name, sealed(unsealed(facts)))
+                if name == RUN:
+                    self._epoch_ns = read_epoch_ns(facts)
         for name, attachment in log.attachments.items():
             if name not in self._attachments:
                 self._attachments.add(name)
@@ -153,7 +151,7 @@ class _Copy:
             if cycle in cycles:
                 return
             cycles.add(cycle)
-        if message.topic == "/clock":
+        if message.topic == CLOCK.log_name:
             with suppress(DecodeError):
                 self._clock = pb.Clock.FromString(payload)
         self.fingerprint.add(message.topic, message.log_time_ns - self._epoch_ns, payload)
@@ -167,16 +165,12 @@ class _Copy:
 
     def result(self, whole: bool) -> dict[str, str]:
         """A result of what was written, for a log that has lost its own or a part of itself."""
-        clock = self._clock
-        cycles = self._cycles["/fleet/truth"]
-        return {
-            "end": "damaged" if whole else "cut",
-            "fingerprint": self.fingerprint.hexdigest(),
-            "cycles": str(max(cycles, default=0)),
-            "simulated_s": f"{clock.time_ns * 1e-9:.9g}",
-            "wall_s": f"{clock.wall_ns * 1e-9:.6f}",
-            "real_time_factor": f"{clock.real_time_factor:.6f}",
-        }
+        return ResultMetadata(
+            end="damaged" if whole else "cut",
+            fingerprint=self.fingerprint.hexdigest(),
+            cycles=max(self._cycles[TRUTH.log_name], default=0),
+            clock=self._clock,
+        ).written()
 
     def _channel(self, log: Pass, number: int) -> int:
         if number not in self._channels:

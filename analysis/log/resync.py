@@ -9,7 +9,7 @@ from typing import BinaryIO, Final, NamedTuple
 
 from mcap.opcode import Opcode
 
-from zenvoy.bus.log_format import RESULT
+from zenvoy.bus.log_metadata import RESULT
 
 _HEAD: Final = struct.Struct("<BQ")
 _BLOCK: Final = 1 << 20

@@ -23,8 +23,7 @@ def unit_of(column: str) -> str:
 
 
 UNITS: Final = {
-    topic.logged_as: {field.name: unit_of(field.name) for field in topic.message.DESCRIPTOR.fields}
+    topic.log_name: {field.name: unit_of(field.name) for field in topic.message.DESCRIPTOR.fields}
     for topic in LOGGED
-    if topic.logged_as is not None
 }
 """Topic -> column -> unit, of every topic of the log."""

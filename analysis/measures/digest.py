@@ -19,6 +19,7 @@ from zenvoy.analysis.measures.agreement import agreement
 from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_metadata import versions_of
 
 Floats = NDArray[np.float64]
 
@@ -130,7 +131,7 @@ def _facts(run: Run, gap: Floats) -> dict[str, Any]:
         "end": run.result.get("end", ""),
         "cycles": len(speed) - 1,
         "wall_s": float(run.result.get("wall_s", "nan")),
-        "version": run.run.get("version.zenvoy", "unknown"),
+        "version": versions_of(run.run).get("zenvoy", "unknown"),
         "smallest_gap_m": float(np.nanmin(gap)),
         "collisions": kinds.count(pb.EVENT_COLLISION),
         "fallbacks": fallbacks(run.events, run.scenario),

@@ -13,6 +13,7 @@ from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.load import Run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.topics import REALTIME
 
 Floats = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def missed_decisions(run: Run) -> tuple[int, int]:
 def _rows(run: Run) -> list[Table]:
     codec = PackedCodec(pb.RealTime.DESCRIPTOR)
     rows = []
-    for topic, payload in messages(run.path, ["/realtime"]):
+    for topic, payload in messages(run.path, [REALTIME.log_name]):
         try:
             rows.append(codec.decode(payload))
         except ValueError as error:

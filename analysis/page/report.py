@@ -11,6 +11,7 @@ from typing import Final
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.section import Section
+from zenvoy.bus.log_metadata import versions_of
 from zenvoy.scenarios import Scenario, effective_yaml, roster
 
 _BUSES: Final = {
@@ -39,11 +40,7 @@ def made_by(command: str) -> str:
 
 def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
     """What the log says of its run, as names and values."""
-    versions = [
-        f"{name.removeprefix('version.')} {value}"
-        for name, value in run.run.items()
-        if name.startswith("version.")
-    ]
+    versions = [f"{name} {version}" for name, version in versions_of(run.run).items()]
     return (
         ("vehicles", f"{run.vehicles}, {_road(run.scenario)}"),
         ("model", models(run.scenario)),

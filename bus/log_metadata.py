@@ -1,0 +1,178 @@
+"""The metadata records of a log: how each is written, and beside it how it is read."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_format import EPOCH_NS
+
+RUN: Final = "zenvoy.run"
+"""Who made the log, from what. Written first."""
+RESULT: Final = "zenvoy.result"
+"""How the run ended. Written last."""
+LAWS: Final = "zenvoy.laws"
+"""Laws of the scenario's own, by mode; only in logs of such runs."""
+REPAIR: Final = "zenvoy.repair"
+"""What a repair has found and left out; in repaired logs alone."""
+
+CHECKSUM: Final = "sha256"
+"""Key of a metadata record under which stands the checksum of its other entries."""
+
+_VERSION: Final = "version."
+_OPTIONAL: Final = frozenset({"vehicles_per_process", "notes"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunMetadata:
+    """The record zenvoy.run. Its keys are the names of these fields."""
+
+    scenario: str
+    """Name of the scenario."""
+    seed: int
+    cycles: int
+    """Number of cycles that the run is to have."""
+    period_ns: int
+    vehicles: int
+    bus: str
+    run: str
+    """Name of the run, as it stands in keys."""
+    vehicles_per_process: int = 1
+    notes: tuple[str, ...] = ()
+    """Notes on the scenario, a line each; the record has no such entry where there are none."""
+    epoch_ns: int = EPOCH_NS
+    python: str
+    machine: str
+    versions: Mapping[str, str] = field(default_factory=dict)
+    """Versions of packages by name, an entry `version.<name>` each."""
+
+    def written(self) -> dict[str, str]:
+        """Return the entries of the record, in the order in which a log has them."""
+        return {
+            "scenario": self.scenario,
+            "seed": str(self.seed),
+            "cycles": str(self.cycles),
+            "period_ns": str(self.period_ns),
+            "vehicles": str(self.vehicles),
+            "bus": self.bus,
+            "run": self.run,
+            "vehicles_per_process": str(self.vehicles_per_process),
+            **({"notes": "\n".join(self.notes)} if self.notes else {}),
+            "epoch_ns": str(self.epoch_ns),
+            "python": self.python,
+            "machine": self.machine,
+            **{f"{_VERSION}{name}": version for name, version in self.versions.items()},
+        }
+
+
+def read_run(entries: Mapping[str, str], instead: RunMetadata) -> tuple[dict[str, str], list[str]]:
+    """Return the entries of zenvoy.run made good, and a sentence on each that was not.
+
+    An entry that readers rely on comes from `instead` where it is missing, or is no number though
+    it must be one.
+    """
+    read, faults = dict(entries), []
+    for key, value in instead.written().items():
+        if key in _OPTIONAL or key.startswith(_VERSION):
+            continue
+        if key not in read:
+            faults.append(f"metadata {RUN} has no {key}")
+        elif isinstance(getattr(instead, key), int) and not read[key].isdecimal():
+            faults.append(f"metadata {RUN}: {key}: {read[key]!r} is not a number")
+        else:
+            continue
+        read[key] = value
+    return read, faults
+
+
+def read_epoch_ns(entries: Mapping[str, str]) -> int:
+    """Return the epoch of the log's times from zenvoy.run, ns; EPOCH_NS where it names none."""
+    text = entries.get("epoch_ns", "")
+    return int(text) if text.isdecimal() else EPOCH_NS
+
+
+def versions_of(entries: Mapping[str, str]) -> dict[str, str]:
+    """Return the versions that zenvoy.run names, by package."""
+    return {
+        name.removeprefix(_VERSION): version
+        for name, version in entries.items()
+        if name.startswith(_VERSION)
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResultMetadata:
+    """The record zenvoy.result: how the run ended."""
+
+    end: str
+    """"complete", "stopped", "cut", "damaged", or the error that ended the run."""
+    fingerprint: str
+    cycles: int
+    """Number of the last cycle in the log."""
+    clock: pb.Clock
+    """Clock message of the last cycle."""
+
+    def written(self) -> dict[str, str]:
+        """Return the entries of the record, in the order in which a log has them."""
+        return {
+            "end": self.end,
+            "fingerprint": self.fingerprint,
+            "cycles": str(self.cycles),
+            "simulated_s": f"{self.clock.time_ns * 1e-9:.9g}",
+            "wall_s": f"{self.clock.wall_ns * 1e-9:.6f}",
+            "real_time_factor": f"{self.clock.real_time_factor:.6f}",
+        }
+
+
+_RESULT_WORDS: Final = ("end", "fingerprint")
+_RESULT_NUMBERS: Final = ("cycles", "simulated_s", "wall_s", "real_time_factor")
+
+
+def read_result(entries: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
+    """Return the entries of zenvoy.result that hold, and a sentence on each that does not.
+
+    An entry that must be a number and is none is left out.
+    """
+    read = dict(entries)
+    faults = [
+        f"metadata {RESULT} has no {key}"
+        for key in (*_RESULT_WORDS, *_RESULT_NUMBERS)
+        if key not in read
+    ]
+    for key in _RESULT_NUMBERS:
+        if key in read and not _is_number(read[key], whole=key == "cycles"):
+            faults.append(f"metadata {RESULT}: {key}: {read.pop(key)!r} is not a number")
+    return read, faults
+
+
+def sealed(entries: Mapping[str, str]) -> dict[str, str]:
+    """Return the entries of a metadata record, and their checksum as the last one."""
+    return {**entries, CHECKSUM: checksum(entries)}
+
+
+def unsealed(entries: Mapping[str, str]) -> dict[str, str]:
+    """Return the entries of a metadata record without their checksum."""
+    return {key: value for key, value in entries.items() if key != CHECKSUM}
+
+
+def checksum(entries: Mapping[str, str]) -> str:
+    """Return the SHA-256 over the entries of a record in order of key, CHECKSUM itself left out."""
+    digest = hashlib.sha256()
+    for key in sorted(entries):
+        if key != CHECKSUM:
+            for text in (key, entries[key]):
+                data = text.encode()
+                digest.update(len(data).to_bytes(8, "little") + data)
+    return digest.hexdigest()
+
+
+def _is_number(text: str, *, whole: bool) -> bool:
+    try:
+        number = float(text)
+    except ValueError:
+        return False
+    return math.isfinite(number) and number >= 0 and (not whole or text.isdecimal())
