@@ -7,9 +7,9 @@ it. Building the protobuf object first costs several times as much, in every veh
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from google.protobuf.descriptor import Descriptor, FieldDescriptor
 
@@ -30,15 +30,28 @@ class FlatEncoder:
     """Encoder of one message type, without the fields in `leave_out`.
 
     Fields are single numbers, enums below 128, or messages of such; raises TypeError where one
-    that is not left out is something else.
+    that is not left out is something else. A field of a nested message is called by both names:
+    `gap` of `ahead` is `ahead_gap`.
+    """
+
+    by_name: Callable[..., bytes]
+    """Serializes a message from its numbers, each given by the name of its field.
+
+    Raises TypeError where a field is missing, unknown or given without its name, and struct.error
+    where a number's range does not fit.
     """
 
     def __init__(self, descriptor: Descriptor, leave_out: tuple[str, ...] = ()) -> None:
-        form, self._arguments, _ = _flatten(descriptor, leave_out)
+        parts = list(_parts(descriptor, leave_out))
+        self.names = tuple(part.name for part in parts)
+        """Names of the fields, in order of field number."""
+        form = "".join(f"{len(part.head)}s{part.code}" for part in parts)
         self._struct = struct.Struct("<" + form)
+        self._arguments = [argument for part in parts for argument in (part.head, 0)]
+        self.by_name = _compiled(self._struct, parts)
 
     def encode(self, *values: Any) -> bytes:
-        """Serialized message from its numbers in order of field number, nested ones in place.
+        """Serialize a message from its numbers in order of `names`; prefer `by_name`.
 
         Raises struct.error where their number or a number's range does not fit.
         """
@@ -80,10 +93,25 @@ def _column(number: int, code: str, count: int) -> tuple[bytes, struct.Struct]:
     return head, struct.Struct(f"<{len(head)}s{count}{code}")
 
 
-def _flatten(descriptor: Descriptor, leave_out: tuple[str, ...]) -> tuple[str, list[Any], int]:
-    """Format, arguments (tags, each before the place of its number), and size in bytes."""
-    form, size = "", 0
-    arguments: list[Any] = []
+class _Part(NamedTuple):
+    """A number of a message: its name, the bytes before it (tag), and its `struct` code."""
+
+    name: str
+    head: bytes
+    code: str
+
+    @property
+    def size(self) -> int:
+        """Bytes of the number and of what stands before it."""
+        return len(self.head) + struct.calcsize("<" + self.code)
+
+
+def _parts(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Part]:
+    """The numbers of a message in order of field number, those of nested messages in place.
+
+    A nested message begins with its own tag and its length. Both stand before its first number,
+    and so become a part of that number's head.
+    """
     for field in sorted(descriptor.fields, key=lambda field: field.number):
         if field.name in leave_out:
             continue
@@ -91,15 +119,25 @@ def _flatten(descriptor: Descriptor, leave_out: tuple[str, ...]) -> tuple[str, l
             raise TypeError(f"{descriptor.name}.{field.name} is not a number of fixed width")
         if field.type == FieldDescriptor.TYPE_MESSAGE:
             assert field.message_type is not None
-            inner_form, inner, inner_size = _flatten(field.message_type, ())
-            head = tag(field.number, 2) + varint(inner_size)
-            inner[0] = head + inner[0]
-            inner_form = f"{len(inner[0])}s" + inner_form.partition("s")[2]
-            form, arguments = form + inner_form, arguments + inner
-            size += len(head) + inner_size
+            inner = list(_parts(field.message_type, ()))
+            head = tag(field.number, 2) + varint(sum(part.size for part in inner))
+            inner[0] = inner[0]._replace(head=head + inner[0].head)
+            yield from (part._replace(name=f"{field.name}_{part.name}") for part in inner)
             continue
         code, wire = _CODES[field.type]
-        head = tag(field.number, wire)
-        form, arguments = form + f"{len(head)}s{code}", [*arguments, head, 0]
-        size += len(head) + struct.calcsize("<" + code)
-    return form, arguments, size
+        yield _Part(field.name, tag(field.number, wire), code)
+
+
+def _compiled(form: struct.Struct, parts: Sequence[_Part]) -> Callable[..., bytes]:
+    """A function with a keyword for each part, in any order, that packs them in theirs.
+
+    The interpreter matches keywords to fields, which costs less than to copy a list of arguments.
+    All names come from messages.proto.
+    """
+    names = [part.name for part in parts]
+    if len(set(names)) < len(names):
+        raise TypeError(f"two fields have one name: {', '.join(names)}")
+    arguments = ", ".join(f"{part.head!r}, {part.name}" for part in parts)
+    source = f"lambda *, {', '.join(names)}: pack({arguments})"
+    function: Callable[..., bytes] = eval(source, {"pack": form.pack})
+    return function

@@ -106,7 +106,11 @@ class Air:
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
         for vehicle, (start, end) in zip(vehicles, spans, strict=True):
             pieces = (
-                _HEAD.encode(cycle, arrived_ns[end - 1] if time_ns is None else time_ns, vehicle),
+                _HEAD.by_name(
+                    cycle=cycle,
+                    time_ns=arrived_ns[end - 1] if time_ns is None else time_ns,
+                    vehicle=vehicle,
+                ),
                 _SOURCE,
                 varint(4 * (end - start)),
                 source[4 * start : 4 * end],

@@ -41,6 +41,29 @@ def test_a_sense_is_read_back(
     )
 
 
+def test_fields_are_given_by_name_in_any_order() -> None:
+    encoder = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
+    values = {name: number + 1 for number, name in enumerate(encoder.names)}
+    backwards = dict(reversed(values.items()))
+    assert encoder.by_name(**backwards) == encoder.encode(*values.values())
+    sense = pb.Sense.FromString(encoder.by_name(**backwards))
+    assert (sense.ahead.gap, sense.ahead.speed) == (values["ahead_gap"], values["ahead_speed"])
+    assert (sense.position, sense.speed) == (values["position"], values["speed"])
+
+
+def test_a_field_that_is_missing_unknown_or_without_its_name_is_refused() -> None:
+    encoder = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
+    values = dict.fromkeys(encoder.names, 1)
+    with pytest.raises(TypeError, match="vehicle"):
+        encoder.by_name(**{name: 1 for name in values if name != "vehicle"})
+    with pytest.raises(TypeError, match="gap"):
+        encoder.by_name(**values, gap=1)
+    with pytest.raises(TypeError):
+        encoder.by_name(*values.values())
+    with pytest.raises(struct.error):
+        encoder.by_name(**(values | {"cycle": -1}))
+
+
 @given(st.lists(numbers, min_size=17, max_size=17), st.lists(times, min_size=5, max_size=5))
 def test_a_command_is_read_back(values: list[float], instants: list[int]) -> None:
     (a, *ahead), behind, own = values[:7], values[7:13], values[13:16]

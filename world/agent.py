@@ -141,19 +141,22 @@ class WorldAgent:
             self._fleet.mean_acceleration.tolist(),
             strict=True,
         )
-        return [
-            Envelope(
-                SENSE,
-                vehicle,
-                (
-                    _SENSE.encode(cycle, now_ns, vehicle, gap, relative_speed, *own)
-                    if not math.isnan(gap)
-                    else _SENSE_OF_FIRST.encode(cycle, now_ns, vehicle, *own)
+        senses = []
+        for vehicle, gap, relative_speed, position, speed, acceleration in rows:
+            own = {"position": position, "speed": speed, "acceleration": acceleration}
+            if math.isnan(gap):  # nobody is ahead of the first vehicle of the open road
+                sense = _SENSE_OF_FIRST.by_name(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)
+            else:
+                sense = _SENSE.by_name(
+                    cycle=cycle,
+                    time_ns=now_ns,
+                    vehicle=vehicle,
+                    ahead_gap=gap,
+                    ahead_speed=relative_speed,
+                    **own,
                 )
-                + start,
-            )
-            for vehicle, gap, relative_speed, *own in rows
-        ]
+            senses.append(Envelope(SENSE, vehicle, sense + start))
+        return senses
 
     def _positions(self, cycle: int, now_ns: int) -> Envelope:
         position = self._fleet.position.tolist()
