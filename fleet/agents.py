@@ -5,7 +5,7 @@ from __future__ import annotations
 from zenvoy.bus.agent import Agent
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.world.agent import WorldAgent
 
 
@@ -15,5 +15,5 @@ def agents_of(scenario: Scenario) -> list[Agent]:
     return [
         WorldAgent(scenario),
         ChannelAgent(scenario),
-        *(VehicleAgent(scenario, vehicle) for vehicle in vehicles),
+        *(LockStepVehicle(scenario, vehicle) for vehicle in vehicles),
     ]

@@ -15,7 +15,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Control, Fleet, Gains, Model, Road, Scenario, Sensors, Switch
-from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.lock_step import LockStepVehicle
 
 T_NS = 100_000_000
 T_S = 0.1
@@ -52,7 +52,7 @@ class Cab:
     """Drives one agent by hand-made messages, cycle by cycle."""
 
     def __init__(self, settings: Scenario, vehicle: int = HOST) -> None:
-        self.agent = VehicleAgent(settings, vehicle)
+        self.agent = LockStepVehicle(settings, vehicle)
         self.vehicle = vehicle
         self.cycle = -1
         self._mailbox = Mailbox()

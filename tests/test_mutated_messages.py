@@ -34,8 +34,8 @@ from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
 from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario, load
-from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle
+from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live import LiveWorld
 
@@ -372,7 +372,7 @@ def reader(topic: Topic[Any], folder: Path) -> Agent:
     roles: dict[str | None, Agent] = {
         "world": WorldAgent(scenario),
         "channel": ChannelAgent(scenario),
-        "vehicle": VehicleAgent(scenario, 1),
+        "vehicle": LockStepVehicle(scenario, 1),
     }
     return roles[topic.reader]
 

@@ -1,17 +1,18 @@
-"""A vehicle: senses, tells, hears, decides. One object, two steps per cycle."""
+"""A vehicle: what it does with a sense, and what it decides, whatever clock it runs on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
 from zenvoy.bus.draws import Purpose, uniforms
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 from zenvoy.bus.refusals import ABSURD
-from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE, SENSE, Topic, vehicle_name
+from zenvoy.bus.topics import BEACON, COMMAND, vehicle_name
 from zenvoy.laws import Relative, Setpoint
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
@@ -36,20 +37,20 @@ _COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing"
 _LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 
 
-class VehicleAgent:
-    """Vehicle `vehicle` of 1..size; it knows of the others what its radar and its radio say."""
+class Vehicle:
+    """Vehicle `vehicle` of 1..size; it knows of the others what its radar and its radio say.
 
-    role = "vehicle"
+    In each cycle it first takes in its sense, then decides. `lock_step` and `live` say when.
+    """
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
         settings = roster(scenario)[vehicle - 1]
-        self.vehicle, self.vehicles = vehicle, (vehicle,)
+        self.vehicle = vehicle
         self.name = vehicle_name(vehicle, scenario.fleet.size)
         self._phases = controllers(scenario, settings)
         every = [controller for _, controller in self._phases]
         self._position = _position(scenario, vehicle)
-        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
-        self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
+        self._period_ns, self._delay_ns = scenario.period_ns, scenario.system_delay_ns
         self._targets = settings.targets
         self._limit = scenario.control.acceleration_limit_mps2
         self._constant: Aim | None = None  # where the schedule changes nothing
@@ -62,58 +63,44 @@ class VehicleAgent:
         self._neighbours = neighbours(scenario, vehicle, every)
         self._known = Knowledge(scenario, self._neighbours, self._estimates)
         self._memory, self._seed = Memory(), scenario.seed
-        self._cycle = 0
-        self._senses = True
-        self._needs_sense = ((SENSE, (vehicle,)),)
-        self._needs_receive = ((RECEIVE, (vehicle,)),)
+        self._cycle = 0  # of the newest sense
 
-    @property
-    def barrier(self) -> Barrier | None:
-        """Sense of the cycle, then receive of the cycle; None after the last cycle."""
-        if self._cycle == self._cycles:
-            return None
-        start_ns = self._cycle * self._period_ns
-        if self._senses:
-            return Barrier(start_ns, self._cycle, self._needs_sense)
-        return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
-
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """Senses and receives are its own and of their time; the beacons that count make sense."""
-        start_ns = message.cycle * self._period_ns
-        if topic is SENSE:
-            return flaw_of_sense(message, self.vehicle, start_ns)
-        return self.flaw_of_receive(message, start_ns + self._wait_ns, start_ns)
+    def flaw_of_sense(self, sense: pb.Sense) -> str | None:
+        """What is wrong with a sense; None where it is the vehicle's own, and of its time."""
+        return flaw_of_sense(sense, self.vehicle, sense.cycle * self._period_ns)
 
     def flaw_of_receive(
         self, receive: pb.Receive, time_ns: int | None, sent_by_ns: int
     ) -> str | None:
-        """`time_ns`: when it is to come, where that is known; no beacon was sent past the other."""
+        """What is wrong with frames; None where those that count make sense.
+
+        `time_ns`: when they are to come, where that is known; no beacon is sent after `sent_by_ns`.
+        """
         flaw = flaw_of_receive(receive, self.vehicle, time_ns)
         if flaw is None and not self._known.radio.understands(receive, sent_by_ns):
             return ABSURD
         return flaw
 
-    def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Beacon on a sense, command on a receive. Raises LawError with the vehicle's name."""
+    def sense(self, sense: pb.Sense) -> Envelope:
+        """Take in the sense of a new cycle; returns the beacon. Raises LawError."""
+        self._cycle = sense.cycle
         try:
-            return self._step(now_ns, inbox)
+            return Envelope(BEACON, self.vehicle, self._tell(sense))
         except LawError as error:
             error.process = self.name
             raise
 
-    def _step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        if self._senses:
-            self._senses = False
-            return [Envelope(BEACON, self.vehicle, self._tell(inbox.one(SENSE)))]
-        self._known.hear(inbox.one(RECEIVE))
-        command = self._decide(now_ns)
-        self._senses = True
-        self._cycle += 1
-        return [Envelope(COMMAND, self.vehicle, command)]
+    def decide(self, now_ns: int, received: Sequence[pb.Receive]) -> Envelope:
+        """Take in the frames that have come since the last decision, and return the command.
 
-    def skip_to(self, cycle: int) -> None:
-        """Go on with the sense of a later cycle, without those that were missed."""
-        self._cycle, self._senses = cycle, True
+        Raises LawError with the vehicle's name.
+        """
+        try:
+            self._known.hear(received)
+            return Envelope(COMMAND, self.vehicle, self._decide(now_ns))
+        except LawError as error:
+            error.process = self.name
+            raise
 
     def _tell(self, sense: pb.Sense) -> bytes:
         """Beacon: the readings, and what the vehicle expects of itself."""

@@ -9,8 +9,8 @@ from zenvoy.bus.hosts import Host
 from zenvoy.bus.live import Post
 from zenvoy.bus.topics import RECEIVE, Topic
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.live import LiveVehicle
+from zenvoy.vehicles.lock_step import LockStepVehicle
 
 
 class HostedVehicles:
@@ -20,7 +20,7 @@ class HostedVehicles:
 
     def __init__(self, scenario: Scenario, host: Host) -> None:
         self.name, self.vehicles = host
-        self._agents: Final = {one: VehicleAgent(scenario, one) for one in host.vehicles}
+        self._agents: Final = {one: LockStepVehicle(scenario, one) for one in host.vehicles}
 
     @property
     def barrier(self) -> Barrier | None:
@@ -46,7 +46,7 @@ class HostedVehicles:
         ]
 
     @property
-    def _first(self) -> VehicleAgent:
+    def _first(self) -> LockStepVehicle:
         return self._agents[self.vehicles[0]]
 
 

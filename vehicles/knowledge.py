@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from copy import copy
 from typing import Final
 
@@ -93,11 +94,11 @@ class Knowledge:
         self._own.learn(start_ns, time_ns, reading, *plan)
         return plan
 
-    def hear(self, receive: pb.Receive) -> None:
+    def hear(self, received: Sequence[pb.Receive]) -> None:
         """Take in the frames that have arrived, then bring the estimates to t_k."""
         sense = self._sense
         time_ns, speed = sense.time_ns, sense.speed
-        for beacon in self.radio.hear(receive, time_ns):
+        for beacon in self.radio.hear(received, time_ns):
             if beacon.vehicle == self._ahead_id:
                 self._learn(self._ahead, beacon)
                 if self._by_position:

@@ -1,18 +1,18 @@
-"""A vehicle on the wall clock: the agent of lock-step, told when to sense and when to decide."""
+"""A vehicle on the wall clock: it senses at once, and decides at its own deadline."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope, Inbox
+from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import is_of
 from zenvoy.bus.live import Post
 from zenvoy.bus.packed import PackedCodec, encode_bytes
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.agent import Vehicle
 from zenvoy.vehicles.frames import Frames
 
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
@@ -34,8 +34,8 @@ class LiveVehicle:
     quiet = frozenset({RECEIVE})
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
-        self._agent = VehicleAgent(scenario, vehicle)
-        self.name = self._agent.name
+        self._core = Vehicle(scenario, vehicle)
+        self.name = self._core.name
         self.vehicle, self.vehicles = vehicle, (vehicle,)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
@@ -59,8 +59,8 @@ class LiveVehicle:
     def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As in lock-step, but frames come at any time: that of the last of them."""
         if topic is SENSE:
-            return self._agent.flaw(topic, vehicle, message)
-        flaw = self._agent.flaw_of_receive(message, None, message.time_ns)
+            return self._core.flaw_of_sense(message)
+        flaw = self._core.flaw_of_receive(message, None, message.time_ns)
         if flaw is not None:
             return flaw
         is_last = max(message.arrived_ns, default=message.time_ns) == message.time_ns
@@ -89,8 +89,7 @@ class LiveVehicle:
             sense, self._sense = self._sense, None
             self._sensed_ns = sense.came_ns
             self._decides_ns = sense.message.time_ns + self._wait_ns
-            self._agent.skip_to(self._cycle)
-            return self._agent.step(sense.message.time_ns, Inbox({SENSE: [_mail(sense)]}))
+            return [self._core.sense(sense.message)]
         deadline_ns, self._decides_ns = self._decides_ns, None
         assert deadline_ns is not None
         if now_ns - max(deadline_ns, self._sensed_ns) > self._period_ns:
@@ -102,21 +101,15 @@ class LiveVehicle:
         by_ns = max(deadline_ns, self._sensed_ns)
         heard = [post for post in self._heard if post.came_ns <= by_ns]
         self._heard = [post for post in self._heard if post.came_ns > by_ns]
-        # Protobuf joins messages that are written one after the other: lists become one list.
-        joined = pb.Receive.FromString(b"".join(post.payload for post in heard))
-        joined.cycle, joined.time_ns, joined.vehicle = self._cycle, deadline_ns, self.vehicle
-        (command,) = self._agent.step(deadline_ns, Inbox({RECEIVE: [(joined, b"")]}))
+        received = [post.message for post in heard]
+        command = self._core.decide(deadline_ns, received)
         came_ns = [post.came_ns for post in heard for _ in range(len(post.message.source))]
         timing = _TIMING.encode(
             sensed_ns=self._sensed_ns,
             decided_ns=now_ns,
-            source=joined.source[:],
-            arrived_ns=joined.arrived_ns[:],
+            source=[source for one in received for source in one.source],
+            arrived_ns=[arrived_ns for one in received for arrived_ns in one.arrived_ns],
             came_ns=came_ns,
         )
         told = command.payload + encode_bytes(_TIMING_OF_COMMAND, timing)
         return command._replace(payload=told)
-
-
-def _mail(post: Post) -> tuple[Any, bytes]:
-    return post.message, post.payload

@@ -12,9 +12,9 @@ from zenvoy.bus.live import LiveBus
 from zenvoy.bus.session import give_way
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.agent import VehicleAgent
 from zenvoy.vehicles.hosted import HostedVehicles, LiveHostedVehicles
 from zenvoy.vehicles.live import LiveVehicle
+from zenvoy.vehicles.lock_step import LockStepVehicle
 
 
 def run_vehicle(
@@ -30,7 +30,7 @@ def run_vehicle(
     if scenario.clock == "realtime":
         _drive(LiveBus(LiveVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)
     else:
-        _drive(ZenohBus(VehicleAgent(scenario, vehicle), wiring), on_joined)
+        _drive(ZenohBus(LockStepVehicle(scenario, vehicle), wiring), on_joined)
 
 
 def run_host(scenario: Scenario, host: Host, wiring: Wiring) -> None:

@@ -24,10 +24,10 @@ class Radio:
         """Whether all that counts in the frames of the cycle of `time_ns` makes sense."""
         return all(self._beacons_in(receive, time_ns))
 
-    def hear(self, receive: pb.Receive, time_ns: int) -> list[Heard]:
+    def hear(self, received: Sequence[pb.Receive], time_ns: int) -> list[Heard]:
         """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
         self._time_ns = time_ns
-        beacons = list(filter(None, self._beacons_in(receive, time_ns)))
+        beacons = [b for one in received for b in self._beacons_in(one, time_ns) if b is not None]
         beacons.sort(key=attrgetter("time_ns"))
         news = []
         for beacon in beacons:
