@@ -58,14 +58,12 @@ def linear(own: Parameters, setpoint: Setpoint, m: int) -> Linear:
 '''
 _TEST: Final = '''"""The law at points worked out by hand, and in a fleet."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import {name}
 
-from zenvoy.analysis import load
+import zenvoy
 from zenvoy.laws import Observation, Relative, Setpoint
 
 WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
@@ -93,9 +91,7 @@ def test_arrays_give_the_same_as_numbers():
 
 def test_a_fleet_keeps_its_time_gap(tmp_path):
     scenario = Path(__file__).with_name("{name}.yaml")
-    command = [sys.executable, "-m", "zenvoy.cli", "run", str(scenario), "--bus", "in-process"]
-    subprocess.run([*command, "--out", str(tmp_path / "run")], check=True)
-    run = load(tmp_path / "run" / "run.mcap")
+    run = zenvoy.run(scenario, engine="in-process", out=tmp_path / "run")
     position, speed = run.truth["position"], run.truth["speed"]
     gaps = position[:, :-1] - position[:, 1:]
     assert gaps.min() > 5.0  # the length of a vehicle: nobody collides
