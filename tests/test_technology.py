@@ -24,7 +24,7 @@ from zenvoy.scenarios import (
     technologies,
 )
 from zenvoy.scenarios.reading.library import inside
-from zenvoy.vehicles.agent import VehicleAgent
+from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.world.agent import WorldAgent
 
 MINE = "range_m: 200\nbit_rate_mbps: 12\ndelay_ms: [5, 15]\nbroadcast: true\n"
@@ -33,7 +33,7 @@ MINE = "range_m: 200\nbit_rate_mbps: 12\ndelay_ms: [5, 15]\nbroadcast: true\n"
 def fingerprint(scenario: Scenario) -> str:
     found = Fingerprint()
     vehicles = range(1, scenario.fleet.size + 1)
-    agents = [VehicleAgent(scenario, vehicle) for vehicle in vehicles]
+    agents = [LockStepVehicle(scenario, vehicle) for vehicle in vehicles]
     bus = InProcessBus(
         [WorldAgent(scenario), ChannelAgent(scenario), *agents],
         lambda topic, time_ns, payload: found.add(str(topic.logged_as), time_ns, payload),
