@@ -1,4 +1,4 @@
-"""A Zenoh session with DESIGN section 8's settings, and readiness without a sleep.
+"""A Zenoh session with the settings of docs/architecture.md, and readiness without a sleep.
 
 Peers that listen nowhere, Unix sockets, the low-latency transport, one thread for everything
 Zenoh does in the background, blocking `recv` and `put`.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.instants import around_first
 from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
-from zenvoy.analysis.measures.spans import disturbances
+from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
@@ -69,8 +69,7 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
     """The gap ahead of the vehicle behind the first one that is disturbed, around that time."""
-    first = next(iter(disturbances(run.events)), None)
-    vehicle = (first.vehicle if first else 1) % run.vehicles + 1
+    vehicle = first_disturbed(run) % run.vehicles + 1
     if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road
         vehicle = 2
     start_s, end_s = around_first(run, _LEAD_S, _SPAN_S)

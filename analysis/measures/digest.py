@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.agreement import agreement
 from zenvoy.analysis.measures.fallbacks import fallbacks
+from zenvoy.analysis.measures.instants import PAPER_S, row_at
 from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import versions_of
 
 Floats = NDArray[np.float64]
 
-SNAPSHOTS_S: Final = (9.0, 30.0, 100.0, 300.0)
 _STANDS_MPS: Final = 0.1
 # Agreement is told of the whole run, and of the time in which the braking is felt.
 _SPANS_S: Final = {"whole": (0.0, math.inf), "disturbed": (10.0, 60.0)}
@@ -44,10 +45,10 @@ class Digest:
     """Of one run with T rows of truth and n vehicles.
 
     time_s, min_distance and max_distance (m), spread (standard deviation of speed over the
-    vehicles, m/s) and mean_speed (m/s) are (T,). snapshots: speeds at SNAPSHOTS_S (m/s), (4, n),
+    vehicles, m/s) and mean_speed (m/s) are (T,). snapshots: speeds at PAPER_S (m/s), (4, n),
     NaN where the run was shorter. speed: every tenth row of speeds (m/s), (T // 10 + 1, n). link:
-    true, measured and estimated speed (m/s) of the vehicle that brakes first, or else of the
-    first, then the same of its gap (m), (6, cycles). facts: single numbers and names.
+    true, measured and estimated speed (m/s) of the `first_disturbed` vehicle,
+    then the same of its gap (m), (6, cycles). facts: single numbers and names.
     """
 
     time_s: Floats
@@ -84,9 +85,9 @@ def digest(run: Run) -> Digest:
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     speed = truth["speed"]
-    snapshots = np.full((len(SNAPSHOTS_S), run.vehicles), np.nan)
-    for row, at_s in enumerate(SNAPSHOTS_S):
-        index = np.searchsorted(time_s, at_s - 1e-9)
+    snapshots = np.full((len(PAPER_S), run.vehicles), np.nan)
+    for row, at_s in enumerate(PAPER_S):
+        index = row_at(time_s, at_s)
         if index < len(time_s):
             snapshots[row] = speed[index]
     return Digest(
@@ -103,7 +104,7 @@ def digest(run: Run) -> Digest:
 
 
 def _link(run: Run, gap: Floats) -> NDArray[np.float32]:
-    rows, column = run.cycles, _vehicle(run) - 1
+    rows, column = run.cycles, first_disturbed(run) - 1
     columns = (
         run.truth["speed"],
         run.radar["speed"],
@@ -115,18 +116,13 @@ def _link(run: Run, gap: Floats) -> NDArray[np.float32]:
     return np.array([values[:rows, column] for values in columns], dtype=np.float32)
 
 
-def _vehicle(run: Run) -> int:
-    brakes = [event for event in run.events if event.kind == pb.EVENT_BRAKE]
-    return brakes[0].vehicle if brakes else 1
-
-
 def _facts(run: Run, gap: Floats) -> dict[str, Any]:
     speed = run.truth["speed"]
     kinds = [event.kind for event in run.events]
     return {
         "scenario": run.name,
         "seed": run.seed,
-        "vehicle": _vehicle(run),
+        "vehicle": first_disturbed(run),
         "fingerprint": run.fingerprint or "",
         "end": run.result.get("end", ""),
         "cycles": len(speed) - 1,
@@ -137,8 +133,8 @@ def _facts(run: Run, gap: Floats) -> dict[str, Any]:
         "fallbacks": fallbacks(run.events, run.scenario),
         "standing": {
             f"{at_s:g}": int(np.count_nonzero(speed[row] < _STANDS_MPS))
-            for at_s in SNAPSHOTS_S
-            if (row := int(np.searchsorted(run.time_s, at_s - 1e-9))) < len(speed)
+            for at_s in PAPER_S
+            if (row := row_at(run.time_s, at_s)) < len(speed)
         },
         "fit": {name: _fits(run, gap, span) for name, span in _SPANS_S.items()},
     }

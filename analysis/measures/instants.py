@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.spans import disturbances
+from zenvoy.analysis.measures.spans import disturbances, first_disturbance
 
 PAPER_S: Final = (9.0, 30.0, 100.0, 300.0)
 PAPER_SPREAD_S: Final = 100.0  # at which the paper tells how far the speeds are apart
@@ -22,14 +23,18 @@ def of_paper(run: Run) -> bool:
     return run.name.startswith("paper/")
 
 
+def row_at(time_s: NDArray[np.float64], at_s: float) -> int:
+    """Return the first row at an instant or after it; len(time_s) where there is none.
+
+    Times come from nanoseconds, so an instant counts as reached a nanosecond early.
+    """
+    return int(np.searchsorted(time_s, at_s - 1e-9))
+
+
 def instants(run: Run) -> list[tuple[float, int]]:
     """Instants of a run that has motion, s, and the row of each."""
     wanted = list(PAPER_S) if of_paper(run) else instants_s([run])
-    return [
-        (at_s, int(np.searchsorted(run.time_s, at_s - 1e-9)))
-        for at_s in wanted
-        if at_s <= run.time_s[-1]
-    ]
+    return [(at_s, row_at(run.time_s, at_s)) for at_s in wanted if at_s <= run.time_s[-1]]
 
 
 def instants_s(runs: Sequence[Run]) -> list[float]:
@@ -50,7 +55,7 @@ def around_first(run: Run, before_s: float, least_s: float) -> tuple[float, floa
     It lasts for `least_s` or until half a minute after that disturbance, whichever is longer; from
     the start of the run where there is none.
     """
-    first = next(iter(disturbances(run.events)), None)
+    first = first_disturbance(run.events)
     last_s = float(run.time_s[-1])
     if first is None:
         return 0.0, min(least_s, last_s)

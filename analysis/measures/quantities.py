@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.metrics import gaps
-from zenvoy.analysis.measures.spans import disturbances
+from zenvoy.analysis.measures.spans import first_disturbance
 
 Floats = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def first_disturbed(run: Run) -> int:
 
     Not one without a vehicle ahead: instead of vehicle 1 of the open road, the one behind it.
     """
-    first = next(iter(disturbances(run.events)), None)
+    first = first_disturbance(run.events)
     vehicle = first.vehicle if first is not None else (run.vehicles + 1) // 2
     return max(vehicle, 2) if run.scenario.ring_length_m is None else vehicle
 

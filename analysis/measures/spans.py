@@ -67,14 +67,18 @@ def disturbances(events: Sequence[pb.Event]) -> list[Disturbance]:
     return sorted(found, key=lambda disturbance: disturbance.start_s)
 
 
+def first_disturbance(events: Sequence[pb.Event]) -> Disturbance | None:
+    """Return the braking or trace that starts first; None where nothing disturbs the run."""
+    return next(iter(disturbances(events)), None)
+
+
 def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
     """Before the first disturbance, the dip after the last one, and the end, at `end_s`."""
     found = []
     if disturbed:
-        first_s = min(one.start_s for one in disturbed)
-        last_s = max(one.end_s for one in disturbed)
-        braking = min(disturbed, key=lambda one: one.start_s).kind == "brake"
-        before = "before_braking" if braking else "before_disturbance"
+        first = min(disturbed, key=lambda one: one.start_s)
+        first_s, last_s = first.start_s, max(one.end_s for one in disturbed)
+        before = "before_braking" if first.kind == "brake" else "before_disturbance"
         found += [
             Span(before, first_s - _SETTLED_S, first_s),
             Span("dip", first_s, last_s + _DIP_S),

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from zenvoy.analysis.measures.digest import SNAPSHOTS_S, Digest
+from zenvoy.analysis.measures.digest import Digest
+from zenvoy.analysis.measures.instants import PAPER_S
 from zenvoy.analysis.measures.statistics import mean_and_half
 from zenvoy.analysis.page.style import (
     ESTIMATED,
@@ -58,7 +59,7 @@ def _pair(axes: Any, run: Digest, true: int, other: int, colour: str, name: str)
 def snapshots(evidence: Evidence) -> Figure:
     """Speed of every vehicle at 9, 30, 100 and 300 s (10 %, 0.1 s)."""
     figure, axes = subplots(2, 2, height_in=4.8, sharex=True, sharey=True)
-    for row, at_s, place in zip(range(4), SNAPSHOTS_S, axes.flat, strict=True):
+    for row, at_s, place in zip(range(4), PAPER_S, axes.flat, strict=True):
         for model in ("FM", *_BILATERAL):
             speed = evidence[case(model, _LOUD)][0].snapshots[row]
             vehicles = np.arange(1, len(speed) + 1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.spans import Disturbance, disturbances
+from zenvoy.analysis.measures.spans import Disturbance, first_disturbance
 from zenvoy.analysis.measures.stability import Arrivals, Norms, arrivals, norms
 from zenvoy.analysis.measures.stretches import Stretch, main_stretch, stretches
 from zenvoy.analysis.theory.chain import follow, is_stable
@@ -93,7 +93,7 @@ class Disturbed:
 
 def disturbed(run: Run) -> Disturbed | str:
     """The first disturbance of a run and what came of it; in words why there is none."""
-    first = next(iter(disturbances(run.events)), None)
+    first = first_disturbance(run.events)
     if first is None:
         return "No vehicle was disturbed: of gains, waves and modes there is nothing to measure."
     found, notes = stretches(run, first)

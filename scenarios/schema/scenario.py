@@ -166,7 +166,7 @@ class Platoon(Section):
 
 
 class Control(Section):
-    """The control law, its desired state and its timing (DESIGN section 3).
+    """The control law, its desired state and its timing (docs/architecture.md).
 
     v2v_wait_ms null: as the technology needs it (`zenvoy.scenarios.schema.waits`).
     """
