@@ -10,16 +10,16 @@ from zenvoy.bus.clock import wall_ns
 
 T = TypeVar("T")
 
-# Of what is quiet: so much at a time costs its reader less than to be woken for each, and leaves
-# little to do at the deadline.
-_MUCH: Final = 8
+# Quiet items that wake the reader together: fewer cost it more wake-ups, more leave it too much to
+# do at its deadline.
+_WAKE_AFTER: Final = 8
 
 
 class Arrivals(Generic[T]):
-    """A queue for one reader, who sleeps on through what is quiet until there is much of it."""
+    """A queue for one reader. Quiet items wake it only when several of them have gathered."""
 
     def __init__(self) -> None:
-        self._loud: SimpleQueue[T | None] = SimpleQueue()  # None: there is much that is quiet
+        self._loud: SimpleQueue[T | None] = SimpleQueue()  # None: enough quiet items have gathered
         self._quiet: deque[T] = deque()
         self._catching_up = False
 
@@ -33,7 +33,7 @@ class Arrivals(Generic[T]):
     def put_quietly(self, item: T) -> None:
         """Add one that may wait until its reader is awake."""
         self._quiet.append(item)
-        if len(self._quiet) % _MUCH == 0:
+        if len(self._quiet) % _WAKE_AFTER == 0:
             self._loud.put(None)
 
     def get(self, until_ns: int) -> T:

@@ -34,7 +34,7 @@ _PER_ROW: Final = (
 
 
 def flaw_of_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
-    """Of `vehicle`, at the start of its cycle, `time_ns`."""
+    """Check that a sense is for `vehicle` and from the start of its cycle, `time_ns`."""
     if sense.vehicle != vehicle:
         return FOREIGN
     if sense.time_ns != time_ns:
@@ -45,7 +45,11 @@ def flaw_of_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
 
 
 def flaw_of_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None:
-    """As of a sense. No rule counts faster than cycles, and channels step through all numbers."""
+    """Check a beacon as `flaw_of_sense` checks a sense, and its plan and its sequence number.
+
+    A sequence number is at most the cycle: no beacon rule sends faster than once a cycle, and loss
+    models step through every number, so that a huge one would keep the channel busy.
+    """
     if beacon.vehicle != vehicle:
         return FOREIGN
     if beacon.time_ns != time_ns:
@@ -72,7 +76,7 @@ def is_of(payload: bytes, vehicle: int) -> bool:
 
 
 def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
-    """A number for each vehicle of the fleet."""
+    """Check that there is a finite position for each vehicle of the fleet."""
     if positions.time_ns != time_ns:
         return MISTIMED
     if len(positions.position) != size:
@@ -81,7 +85,7 @@ def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str |
 
 
 def flaw_of_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:
-    """Without a look into the beacons; time_ns None: in real time, at any time."""
+    """Check all but the beacons inside; time_ns None: in real time, any time is right."""
     if receive.vehicle != vehicle:
         return FOREIGN
     if time_ns is not None and receive.time_ns != time_ns:
@@ -94,7 +98,7 @@ def flaw_of_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> s
 def flaw_of_command(
     command: pb.Command, vehicle: int, time_ns: int, effective_ns: int
 ) -> str | None:
-    """Decided at `time_ns`, in effect from `effective_ns` on."""
+    """Check that a command was decided at `time_ns` and takes effect at `effective_ns`."""
     if command.vehicle != vehicle:
         return FOREIGN
     if command.time_ns != time_ns or command.effective_ns != effective_ns:
@@ -108,7 +112,7 @@ def _is_mode(mode: int) -> bool:
 
 
 def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:
-    """A report of real time within a command, with frames of the fleet's."""
+    """Check a command's report of real time: its frames come from vehicles of the fleet."""
     rows = len(timing.source)
     if len(timing.arrived_ns) != rows or len(timing.came_ns) != rows:
         return MALFORMED
@@ -116,7 +120,7 @@ def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:
 
 
 def flaw_of_links(links: pb.Links, size: int, time_ns: int) -> str | None:
-    """Frames as the log has them, of the cycle that the message is for, between the fleet's."""
+    """Check that the frames have the log's form, the right cycle, and vehicles of the fleet."""
     if links.time_ns != time_ns:
         return MISTIMED
     if not links.frames:  # nothing would do for the frames of cycle 0
@@ -138,7 +142,7 @@ def flaw_of_links(links: pb.Links, size: int, time_ns: int) -> str | None:
 def frames_in(payload: bytes) -> dict[str, NDArray[Any]]:
     """Fields of a serialized Frames: columns by frame and receiver; raises ValueError.
 
-    And `busy_ratio` by vehicle, empty where it is not told, as is `hops`; cycle and time.
+    Beside these: cycle, time, `busy_ratio` by vehicle and `hops`, which may both be empty.
     """
     table = _FRAMES.decode(payload)
     rows = len(table["source"])

@@ -11,7 +11,7 @@ WallClock = Callable[[], int]
 
 
 def wall_ns() -> int:
-    """Monotonic wall time, ns; its zero means nothing."""
+    """Return monotonic wall time, ns. Its origin is arbitrary: only differences have a meaning."""
     return time.monotonic_ns()
 
 

@@ -212,7 +212,10 @@ class Connection:
                 self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
     def _handler(self, topic: Topic[Any]) -> Any:
-        """What Zenoh hands the samples of a topic to; each of the two buses says what."""
+        """First hook: where Zenoh puts the samples of a topic, a queue or a callback.
+
+        ZenohBus and LiveBus each define it; they may define `_blame` and `_stuck` too.
+        """
         raise NotImplementedError  # an ABC would make _stuck abstract, too
 
     def _declare_publishers(self) -> None:
@@ -265,7 +268,11 @@ class Connection:
                 self._watch.progressed()
 
     def _blame(self, in_any_case: bool) -> Blame | None:
-        """What this process waits for, or None where it should not be the one to say so."""
+        """Second hook: what this process waits for; None where another one should say it.
+
+        It is asked when a wait has lasted for the stall limit. Before the first step it is
+        a reader or the start of a process.
+        """
         return self._awaited
 
     def _process(self, role: str, vehicle: int) -> str:
@@ -280,7 +287,7 @@ class Connection:
         self._stuck()
 
     def _stuck(self) -> None:
-        """Called as `on_idle`, for what a bus itself can do about it."""
+        """Third hook: what a bus does when a wait goes on for long. The default does nothing."""
 
     def _vehicles_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
         """Whose the streams are that it reads, by exact key: a vehicle's (0: none), or several."""

@@ -24,8 +24,8 @@ from zenvoy.bus.topics import Topic
 _FOR_EVER_S: Final = 1e9
 _WAIT_S: Final = 0.5
 _LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
-_AT_ONCE_NS: Final = 10_000_000_000  # by when one must have come that says when time 0 was
-_ROUNDING_NS: Final = 1_000_000  # nothing comes earlier before the time that it bears
+_AT_ONCE_NS: Final = 10_000_000_000  # a message that says when time 0 was must come within this
+_ROUNDING_NS: Final = 1_000_000  # a message comes no earlier than this before its own time
 _MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport does
 _MOST_EARLY: Final = 1_000
 
@@ -41,13 +41,13 @@ class Post(NamedTuple):
 
 
 class LiveAgent(Participant, Protocol):
-    """A participant on the wall clock. It is told of instants as simulation time (ns), by name."""
+    """A participant on the wall clock. All instants that it gets are simulation time, ns."""
 
     quiet: frozenset[Topic[Any]]
-    """Streams of which it need not hear before it acts: nobody is woken for each message."""
+    """Streams whose messages may wait until it acts: none of them wakes the process by itself."""
 
     together: bool
-    """Whether what is due at once is sent at once, also where it takes it several acts."""
+    """Whether the results of several acts that are due at one instant are sent together."""
 
     @property
     def due_ns(self) -> int | None:
@@ -64,10 +64,10 @@ class LiveAgent(Participant, Protocol):
         """Do what is due; returns what it sends, in order."""
 
 
-def offer(agent: LiveAgent, post: Post) -> str | None:
-    """Let an agent hear of a message without a flaw; the reason where it is refused all the same.
+def admit(agent: LiveAgent, post: Post) -> str | None:
+    """Hand an agent a message that the checks have passed; return a reason if it is refused.
 
-    What bears a time to come is: it would make the agent deaf to all that comes before.
+    A message with a time in the future is refused: the agent would treat all earlier ones as stale.
     """
     if post.message.time_ns > post.came_ns + _ROUNDING_NS:
         return EARLY
@@ -197,7 +197,7 @@ class LiveBus(Connection):
         return sent_ns - _ROUNDING_NS <= post.came_ns < sent_ns + _AT_ONCE_NS
 
     def _tell(self, post: Post, wall: WallTime) -> None:
-        reason = offer(self._agent, post._replace(came_ns=wall.time_ns(post.came_ns)))
+        reason = admit(self._agent, post._replace(came_ns=wall.time_ns(post.came_ns)))
         if reason is not None:
             self._refuse(reason, post)
 

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
@@ -104,15 +104,22 @@ def collided(rows: Rows, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bo
     senders = np.flatnonzero(start_ns >= 0)
     senders = senders[np.argsort(start_ns[senders], kind="stable")]
     starts = start_ns[senders]
+    # All take the same time on the air, so the transmissions that overlap the k-th one are
+    # neighbours of it in order of start: low[k] to low[k] + count[k] - 1, with k among them.
     low = np.searchsorted(starts, starts - on_air_ns, side="right")
     count = np.searchsorted(starts, starts + on_air_ns, side="left") - low
-    # A row per transmission and one that overlaps it, itself too.
+    # A table with a row for each such pair. The rows of k begin at first[k]; `other` is the one
+    # that overlaps `own`.
     first = np.cumsum(count) - count
-    at = np.arange(int(count.sum())) - np.repeat(first - low, count)
-    disturbs = _deafened(hearing, n)[senders[at]]
-    disturbs[at == np.repeat(np.arange(len(senders)), count)] = 0
-    disturbed = np.full((n, disturbs.shape[1]), _ALL)  # by sender: receivers, a bit for each
+    own = np.repeat(np.arange(len(senders)), count)
+    other = np.arange(len(own)) - first[own] + low[own]
+    # The stations that each other transmission deafens, as a set of bits. None deafens its own.
+    disturbs = _deafened(hearing, n)[senders[other]]
+    disturbs[other == own] = 0
+    # The union over the rows of k: who cannot receive k. Who sends nothing reaches nobody.
+    disturbed = np.full((n, disturbs.shape[1]), _ALL)
     disturbed[senders] = np.bitwise_or.reduceat(disturbs, first, axis=0)
+    # Look up the bit of each frame's receiver: station d is bit d % 64 of word d // 64.
     word, bit = rows.destination >> 6, rows.destination & 63
     found: Bools = (disturbed[rows.source, word] >> bit.astype(np.uint64)) & np.uint64(1) > 0
     return found

@@ -48,7 +48,8 @@ class ChannelAgent:
             return None
         if self._cycle < 0:
             return Barrier(0, 0)
-        # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
+        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
+        # So the single message comes before those of all vehicles.
         needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
         return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, numbered, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, numbered, uniforms
 from zenvoy.channel.chains import Chains, Step
 from zenvoy.scenarios import FourState, GilbertElliott, Loss
 

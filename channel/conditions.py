@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.channel.latency import LatencyModel
 from zenvoy.channel.loss import LossModel
 from zenvoy.channel.rows import Rows, Scene

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -97,6 +97,9 @@ def contend(
     -1 too for those that could not within `patience_ns`: a newer frame has taken the place of
     theirs. `busy_until_ns` (n,): until when each senses the medium busy; it is moved on.
     """
+    # A simulation by events in order of time. At _TRIES a station looks at the medium: it begins to
+    # send, or it tries again after the transmission that it senses, AIFS and its backoff. At
+    # _SENSED, a slot after a begin, all who are in reach learn until when the medium is busy.
     start_ns = np.full(len(ready_ns), -1, dtype=np.int64)
     ready = np.flatnonzero(ready_ns >= 0)
     whens = (ready_ns[ready] + space_ns).tolist()
@@ -118,7 +121,7 @@ def contend(
         if free_ns > now_ns:
             wait_ns = space_ns + SLOT_NS * backoffs.slots(i, numbers[i], tries[i])
             tries[i] += 1
-            if free_ns + wait_ns <= last_ns[i]:
+            if free_ns + wait_ns <= last_ns[i]:  # else the frame is given up
                 heappush(events, (free_ns + wait_ns, _TRIES, i))
             continue
         start_ns[i] = now_ns

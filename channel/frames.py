@@ -18,8 +18,8 @@ Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Medium:
-    """A technology with the frames that go over it. on_air_ns: where something else knows it."""
+class OnAir:
+    """A technology with the frames that it carries. on_air_ns: what carrier sense says, if used."""
 
     technology: Technology
     frame_bytes: int
@@ -42,7 +42,7 @@ class Fate(NamedTuple):
 
 
 def fates(
-    pairs: Pairs, way: Way, sent_ns: int, deadline_ns: int, medium: Medium, in_order: InOrder
+    pairs: Pairs, way: Way, sent_ns: int, deadline_ns: int, medium: OnAir, in_order: InOrder
 ) -> Fate:
     """Outcome of one frame per source, sent at `sent_ns`.
 

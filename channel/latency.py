@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainc, gammaincinv
 
-from zenvoy.bus.quantile import normal_quantile
+from zenvoy.bus.keyed_random.quantile import normal_quantile
 from zenvoy.channel.rows import Rows
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.scenarios import Latency

@@ -94,7 +94,11 @@ class LiveChannel:
         return True
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Deliver what is due, or else put frames on the air, or else prepare a delivery."""
+        """Do the first of these that is due: deliver a batch, transmit a cycle, prepare a batch.
+
+        A batch is prepared ahead of its instant, since encoding it takes time. Its frames stay in
+        flight until it is delivered: a transmission discards it, and it is prepared anew.
+        """
         if self._batch is not None and self._batch[0] <= now_ns:
             (at_ns, receives), self._batch = self._batch, None
             self._agent.air.landed(at_ns)
@@ -120,9 +124,16 @@ class LiveChannel:
         return {cycle: self._airs_ns(cycle) for cycle in self._waiting if cycle in self._positions}
 
     def _airs_ns(self, cycle: int) -> int:
-        """At once where nobody is waited for: who was missed in the last cycle may be gone."""
+        """When the frames of a cycle whose beacons are waiting go on the air, at the latest.
+
+        The first transmission of a cycle waits, up to the guard time, for every vehicle that was
+        there in the cycle before; where many are missing, the machine is busy and it waits longer.
+        Beacons that come after it wait for one another, as long as a vehicle is missing that was
+        there in the cycle before. A vehicle that missed the last cycle may be gone: nobody waits
+        for it.
+        """
         here = self._waiting[cycle].keys()
-        if cycle <= self._cycle:  # the others are on the air
+        if cycle <= self._cycle:  # the first transmission of the cycle has been
             return self._since_ns[cycle] + (self._gather_ns if self._absent - here else 0)
         missing = len(self._present - here)
         busy_ns = self._busy_ns if missing >= _MANY else 0

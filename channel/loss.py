@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.channel.burst_loss import BurstLoss
 from zenvoy.channel.path_loss import PathLossModel
 from zenvoy.channel.rows import Rows, Scene

@@ -57,7 +57,11 @@ def _distance(offset: Floats, ring_length_m: float | None) -> Floats:
 
 
 def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tuple[Ints, Ints]:
-    """Pairs within range by a sorted search, and the neighbours in the row."""
+    """Pairs within range by a sorted search, and the neighbours in the row.
+
+    Vehicles are sorted by place on a line; each one's range is a slice of that line. The ring is
+    unrolled: the line holds it three times, so that no slice goes over the seam.
+    """
     n = len(position)
     place = position if ring_length_m is None else np.mod(position, ring_length_m)
     order = np.argsort(place, kind="stable").astype(np.int64)
@@ -69,9 +73,11 @@ def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tupl
     reach = range_m + 1e-6
     low = np.searchsorted(line, place - reach, side="left")
     count = np.searchsorted(line, place + reach, side="right") - low
+    # A row per vehicle and member of its slice, itself among them; `within` counts in the slice.
     source = np.repeat(np.arange(n, dtype=np.int64), count)
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     destination = who[np.repeat(low, count) + within]
+    # Neighbours in the row, both ways. The last of the open road gets itself, dropped below.
     i = np.arange(n, dtype=np.int64)
     beside = (i + 1) % n if ring_length_m is not None else np.minimum(i + 1, n - 1)
     code = np.concatenate([source * n + destination, i * n + beside, beside * n + i])

@@ -59,17 +59,25 @@ def relay(direct: Hop, size: int, most_hops: int) -> Relayed:
 
 
 def _next(front: Hop, direct: Hop, first: Ints, reached: Ints, size: int) -> Hop:
-    """The pairs that a further link reaches first, each by its fastest way."""
+    """The pairs that are reached with one more link than `front`, each by its fastest way.
+
+    It joins `front` and `direct`: every frame of `front` goes on over every link that begins where
+    the frame has ended. Links are sorted by source, so those of vehicle v are direct[first[v]] to
+    direct[first[v + 1] - 1].
+    """
+    # A row per frame and link: `before` counts in `front`, `link` in `direct`.
     count = first[front.destination + 1] - first[front.destination]
     before = np.repeat(np.arange(len(count)), count)
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     link = np.repeat(first[front.destination], count) + within
+    # A pair of vehicles as one number. Pairs that fewer links reach are left out.
     code = front.source[before] * size + direct.destination[link]
     new = ~np.isin(code, reached)
     code, before, link = code[new], before[new], link[new]
     here, there = front.latency_ns[before], direct.latency_ns[link]
     never = np.iinfo(np.int64).max
     latency_ns = np.where((here < 0) | (there < 0), never, here + there)
+    # Of all rows of a pair, the least latency; `never` where the frame is lost on every way.
     pairs, at = np.unique(code, return_inverse=True)
     fastest = np.full(len(pairs), never)
     np.minimum.at(fastest, at, latency_ns)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.draws import Purpose, normals, numbered
+from zenvoy.bus.keyed_random.draws import Purpose, normals, numbered
 from zenvoy.channel.rows import Rows, Scene
 
 Floats = NDArray[np.float64]

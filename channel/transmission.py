@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.access import Access
 from zenvoy.channel.conditions import Conditions, Way
-from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.frames import Fate, OnAir, fates
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
@@ -43,7 +43,7 @@ class Transmission:
         channel = scenario.channel
         self._size = scenario.fleet.size
         self._access = Access(scenario) if channel.medium.access == "csma" else None
-        self._medium = Medium(
+        self._medium = OnAir(
             technology=channel.radio,
             frame_bytes=channel.frame_bytes,
             on_air_ns=None if self._access is None else self._access.on_air_ns,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.conditions import Conditions
-from zenvoy.channel.frames import Fate, Medium, fates
+from zenvoy.channel.frames import Fate, OnAir, fates
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
@@ -35,9 +35,9 @@ class Over:
     mbps: float | None = None
 
     @property
-    def medium(self) -> Medium:
+    def medium(self) -> OnAir:
         channel = Channel(technology=technologies()[self.technology], bit_rate_mbps=self.mbps)
-        return Medium(technology=channel.radio, frame_bytes=300)
+        return OnAir(technology=channel.radio, frame_bytes=300)
 
     def fates(
         self, reach: Pairs, position: Floats, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int

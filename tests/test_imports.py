@@ -180,7 +180,11 @@ def test_a_wrong_import_is_found(package: str, source: str) -> None:
     [
         ("bus", "clock", "import time"),
         ("fleet", "run", "from zenvoy.world.process import run_world\nimport zenvoy.bus.clock"),
-        ("world", "agent", "from zenvoy.world.fleet import Fleet\nfrom zenvoy.bus import draws"),
+        (
+            "world",
+            "agent",
+            "from zenvoy.world.fleet import Fleet\nfrom zenvoy.bus.keyed_random import draws",
+        ),
         ("analysis", "log", "import timeit\nfrom datetime import time\nimport numpy as np"),
     ],
 )

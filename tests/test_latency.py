@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
-from zenvoy.bus.draws import Purpose, uniforms
+from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.channel.latency import LatencyModel, delays
 from zenvoy.channel.rows import Rows
 from zenvoy.channel.sender_offset import SenderOffsets

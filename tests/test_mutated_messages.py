@@ -26,7 +26,7 @@ from tests.conftest import LIMIT_S, Log, read_log, run
 from tests.virtual_time import VirtualBus, in_lock_step, live_agents
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent, Envelope
-from zenvoy.bus.live import Post, offer
+from zenvoy.bus.live import Post, admit
 from zenvoy.bus.mailbox import WINDOW, Mailbox
 from zenvoy.bus.refusals import Refusals
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
@@ -275,7 +275,7 @@ class AttackedBus(VirtualBus):
             self.reasons["malformed"] += 1
             return
         reason = agent.flaw(topic, vehicle, message)
-        reason = reason or offer(agent, Post(topic, vehicle, message, payload, now_ns))
+        reason = reason or admit(agent, Post(topic, vehicle, message, payload, now_ns))
         assert reason is not None
         self.reasons[reason] += 1
 

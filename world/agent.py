@@ -74,7 +74,8 @@ class WorldAgent:
         now_ns = min(self._step, self._cycles) * self._period_ns
         if newest < 0:
             return Barrier(now_ns, 0)
-        # The one before the many: a stall is blamed on what is not in, and they are taken in turn.
+        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
+        # So the single message comes before those of all vehicles.
         needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
         return Barrier(now_ns, newest, needs)
 

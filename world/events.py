@@ -16,10 +16,12 @@ Floats = NDArray[np.float64]
 
 
 class Override(Protocol):
-    """Rules the acceleration of a vehicle (index) while it is in force."""
+    """Rules the acceleration of a vehicle while it is in force."""
 
     @property
-    def vehicle(self) -> int: ...
+    def vehicle(self) -> int:
+        """Number of the vehicle, from 1."""
+        ...
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
         """Instants between the two at which the acceleration changes."""
@@ -32,7 +34,7 @@ class Override(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Braking:
-    """A vehicle (index) brakes at `deceleration` (m/s²) in [start_ns, end_ns)."""
+    """A vehicle brakes at `deceleration` (m/s²) in [start_ns, end_ns)."""
 
     vehicle: int
     start_ns: int
@@ -49,10 +51,10 @@ class Braking:
 
 
 class Returning:
-    """A vehicle (index) goes back from a brake to the speed that it had when the brake began."""
+    """A vehicle goes back from a brake to the speed that it had when the brake began."""
 
     def __init__(self, brake: Brake) -> None:
-        self.vehicle = brake.vehicle - 1
+        self.vehicle = brake.vehicle
         self._brakes_ns, self._start_ns, self._end_ns = (
             brake.start_ns,
             brake.end_ns,
@@ -98,11 +100,12 @@ class Overrides:
 
     def applied(self, time_ns: int, a: Floats, speed: Floats) -> Floats:
         """Accelerations (n,) from `time_ns` on: `a` where nothing overrides it, at `speed` (n,)."""
-        ruled = {
-            override.vehicle: value
-            for override in self._all
-            if (value := override.acceleration(time_ns, float(speed[override.vehicle]))) is not None
-        }
+        ruled: dict[int, float] = {}  # by index
+        for override in self._all:
+            index = override.vehicle - 1
+            value = override.acceleration(time_ns, float(speed[index]))
+            if value is not None:
+                ruled[index] = value
         if not ruled:
             return a
         a = a.copy()
@@ -111,10 +114,10 @@ class Overrides:
 
 
 def _braking(brake: Brake) -> Braking:
-    return Braking(brake.vehicle - 1, brake.start_ns, brake.end_ns, brake.deceleration_mps2)
+    return Braking(brake.vehicle, brake.start_ns, brake.end_ns, brake.deceleration_mps2)
 
 
 def _following(event: Sine | Trace, period_ns: int) -> Following:
     if isinstance(event, Sine):
-        return Following(event.vehicle - 1, SineProfile(event, period_ns))
-    return Following(event.vehicle - 1, TraceProfile(event))
+        return Following(event.vehicle, SineProfile(event, period_ns))
+    return Following(event.vehicle, TraceProfile(event))

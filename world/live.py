@@ -17,7 +17,7 @@ from zenvoy.world.agent import WorldAgent
 from zenvoy.world.live_rows import (
     Columns,
     as_heard,
-    frames_in,
+    frame_columns,
     joined,
     links_of,
     no_command,
@@ -32,8 +32,11 @@ _Came = tuple[pb.Command, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Over:
-    """What came of a cycle. hearers: commands that its frames were to count in; None: none will."""
+class _EndedCycle:
+    """All that has come about a cycle that has ended.
+
+    hearers: the commands whose decisions its frames were due for; None: the run ends before those.
+    """
 
     cycle: int
     began_ns: int
@@ -47,8 +50,8 @@ class LiveWorld:
 
     A command takes effect at its time, or on arrival if that is later. A vehicle that sends none
     keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then rolls.
-    A cycle is told of in the log a cycle after its commands were to take effect, and late in that
-    one: while the others have nothing to wait for.
+    A cycle is logged one cycle after its commands were to take effect, three quarters through it:
+    then no other process waits for this one.
     """
 
     role = "world"
@@ -77,7 +80,7 @@ class LiveWorld:
         self._began_ns: dict[int, int] = {}
         self._commands: dict[int, dict[int, _Came]] = {}  # by cycle and vehicle
         self._frames: dict[int, list[Columns]] = {}
-        self._over: _Over | None = None  # what is to be told next
+        self._over: _EndedCycle | None = None  # what is to be told next
         self._linked_ns = 0  # when the channel last told of a cycle
         self._commanded_ns = 0  # when a vehicle last sent a command
         self.overruns = 0
@@ -93,14 +96,14 @@ class LiveWorld:
 
     @property
     def due_ns(self) -> int:
-        """When to tell of a cycle that is over, or else when the next one begins."""
+        """When to log a cycle that has ended, or else when the next one begins."""
         if self._over is not None:
             return (self._cycle - 1) * self._period_ns + self._quiet_ns
         return self._cycle * self._period_ns
 
     @property
     def done(self) -> bool:
-        """Whether everything has been told."""
+        """Whether everything is in the log."""
         ended = self._world.stopped or self._cycle - self._lag >= self._cycles
         return ended and self._over is None
 
@@ -112,12 +115,16 @@ class LiveWorld:
         return flaw_of_timing(message.timing, len(self._vehicles))
 
     def hear(self, post: Post) -> bool:
-        """Keep what the channel tells; let a command take effect, in time or at once."""
+        """Keep the channel's frames; let a command take effect at its time, or now if it is late.
+
+        Both are kept for the log up to the cycle in which their own cycle is logged. A vehicle's
+        commands count in order of cycle: one that comes after a newer one is refused.
+        """
         cycle = post.message.cycle
-        told = self._cycle - self._lag
+        oldest = self._cycle - self._lag  # of the cycles that are still to be logged
         if post.topic is LINKS:
             self._linked_ns = post.came_ns
-            return told <= cycle < self._cycle and self._keep(cycle, post.message.frames)
+            return oldest <= cycle < self._cycle and self._keep(cycle, post.message.frames)
         self._commanded_ns = post.came_ns
         command: pb.Command = post.message
         if not self._newest[post.vehicle] < cycle < self._cycle:
@@ -129,25 +136,25 @@ class LiveWorld:
         if post.vehicle in self._silent:
             self._silent.remove(post.vehicle)
             self._note(pb.EVENT_SILENT_END, post.vehicle, post.came_ns)
-        if cycle >= told:
+        if cycle >= oldest:
             self._commands.setdefault(cycle, {})[post.vehicle] = (command, post.came_ns)
         return True
 
     def _keep(self, cycle: int, frames: bytes) -> bool:
-        """Keep a table of frames; False where it does not hold, or its senders' were told of."""
+        """Keep a table of frames; False where it is damaged, or repeats a sender of this cycle."""
         try:
-            table = frames_in(frames)
+            table = frame_columns(frames)
         except ValueError:
             return False
         tables = self._frames.setdefault(cycle, [])
-        if any(np.isin(table["source"], told["source"]).any() for told in tables):
+        if any(np.isin(table["source"], kept["source"]).any() for kept in tables):
             return False
         if not tables or len(table["source"]):
             tables.append(table)
         return True
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Tell of a cycle that is over, or begin the next one."""
+        """Log a cycle that has ended, or else begin the next one."""
         if self._over is not None:
             over, self._over = self._over, None
             return self._past(over)
@@ -167,7 +174,7 @@ class LiveWorld:
         ]
 
     def _release(self, until_ns: int) -> None:
-        """Let vehicles roll of which no command has come for too long."""
+        """Set the acceleration of vehicles that have sent no command for too long to 0."""
         for vehicle, acts_ns in self._acts_ns.items():
             ends_ns = acts_ns + self._hold_ns
             if ends_ns <= until_ns and vehicle not in self._silent:
@@ -179,12 +186,12 @@ class LiveWorld:
         cycle = time_ns // self._period_ns
         self._events.append(pb.Event(cycle=cycle, time_ns=time_ns, kind=kind, vehicle=vehicle))
 
-    def _end(self, cycle: int) -> _Over:
+    def _end(self, cycle: int) -> _EndedCycle:
         """What is known of a cycle that is over."""
         hearers = None
         if cycle + self._ahead < self._cycles:
             hearers = self._commands.get(cycle + self._ahead, {})
-        return _Over(
+        return _EndedCycle(
             cycle=cycle,
             began_ns=self._began_ns.pop(cycle),
             frames=self._frames.pop(cycle, []),
@@ -192,7 +199,7 @@ class LiveWorld:
             hearers=None if hearers is None else [command for command, _ in hearers.values()],
         )
 
-    def _past(self, over: _Over) -> list[Envelope]:
+    def _past(self, over: _EndedCycle) -> list[Envelope]:
         """Rows of the log about a cycle that is over."""
         cycle, start_ns = over.cycle, over.cycle * self._period_ns
         frames = joined(over.frames)

@@ -47,7 +47,7 @@ def no_command(cycle: int, time_ns: int) -> pb.Command:
     )
 
 
-def frames_in(payload: bytes) -> Columns:
+def frame_columns(payload: bytes) -> Columns:
     """Table of a serialized Frames, a row per frame and receiver; raises ValueError.
 
     Beside the rows, `busy_ratio` by vehicle; empty where it is not told, as is `hops`.
@@ -57,7 +57,7 @@ def frames_in(payload: bytes) -> Columns:
 
 def joined(tables: Sequence[Columns]) -> Columns:
     """One table of the frames of a cycle from any number of them, by source, then destination."""
-    tables = [*tables, frames_in(b"")]  # so that there is one in any case
+    tables = [*tables, frame_columns(b"")]  # so that there is one in any case
     whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     order = np.lexsort((whole["destination"], whole["source"]))
     busy_ratio = whole.pop("busy_ratio")[: len(tables[0]["busy_ratio"])]  # of the most frames

@@ -35,11 +35,7 @@ def run_world(
     """
     give_back_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
-        bus: ZenohBus | LiveBus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
-        world = LiveWorld(scenario)
-        if scenario.clock == "realtime":
-            bus = LiveBus(world, wiring, scenario.speed, recorder.log)
-            recorder.overruns = lambda: world.overruns
+        bus, run_to_end = _world_on_bus(scenario, wiring, recorder)
 
         def tick(clock: pb.Clock) -> None:
             bus.publish(CLOCK, clock.SerializeToString())
@@ -57,11 +53,7 @@ def run_world(
         try:
             with bus:
                 try:
-                    if isinstance(bus, LiveBus):
-                        _run_live(bus, world, recorder, scenario, wiring.absent)
-                    else:
-                        recorder.start_clock()
-                        bus.run()
+                    run_to_end()
                 except StoppedError:  # while the session is open: it knows who is gone
                     _end(recorder, bus.lost_processes())
                     raise
@@ -70,6 +62,24 @@ def run_world(
             if recorder.end != "stopped":  # before the first cycle
                 _end(recorder, [])
             raise
+
+
+def _world_on_bus(
+    scenario: Scenario, wiring: Wiring, recorder: Recorder
+) -> tuple[ZenohBus | LiveBus, Callable[[], None]]:
+    """The bus with the world for the scenario's clock, and what runs it once it is open."""
+    if scenario.clock == "realtime":
+        world = LiveWorld(scenario)
+        live = LiveBus(world, wiring, scenario.speed, recorder.log)
+        recorder.overruns = lambda: world.overruns
+        return live, lambda: _run_live(live, world, recorder, scenario, wiring.absent)
+    bus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
+
+    def run_to_end() -> None:
+        recorder.start_clock()
+        bus.run()
+
+    return bus, run_to_end
 
 
 def _run_live(

@@ -62,7 +62,7 @@ class TraceProfile:
 
 @dataclass(frozen=True, slots=True)
 class Following:
-    """A vehicle (index) whose speed follows a profile.
+    """A vehicle whose speed follows a profile.
 
     It heads for the next point from the speed it has, so what rounding, a brake or a collision
     does to its speed is made good by the next point, and what it has at the start by the second.

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from zenvoy.bus.quantile import normal_quantile
+from zenvoy.bus.keyed_random.quantile import normal_quantile
 
 Words = NDArray[np.uint64]
 Floats = NDArray[np.float64]
