@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := laws scenarios bus vehicles channel world analysis fleet studies cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check mutants bench chaos conformance external-cpp picture proto clean
+.PHONY: setup demo test check docs mutants bench chaos conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -32,6 +32,10 @@ check: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy -p zenvoy
 	$(BIN)/mypy tests benchmarks
+
+# docs/api.md, from the docstrings of `import zenvoy`; a test says when it is stale.
+docs: setup
+	$(BIN)/python -m tests.api_page
 
 # Hits the processes of 500 runs with signals at random moments; docs/ends.md says what is to come
 # of it. To be run on a machine that does little else: how long an end takes is judged, too.

@@ -21,6 +21,9 @@ _NOT: Final = {
     "less_than_equal": "is not at most {le}",
 }
 
+# What a run does without, and pages, pictures and tables need: the extra of that name.
+_OF_ANALYSIS: Final = {"jinja2", "matplotlib", "pyarrow"}
+
 
 class App(typer.Typer):
     """A command line whose commands take each option once, but those that say otherwise."""
@@ -57,6 +60,12 @@ def outcome(app: typer.Typer, arguments: Sequence[str] | None = None) -> int:
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return exits.INTERRUPTED
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in _OF_ANALYSIS:
+            raise
+        errors.print(f"{package} is not installed; pip install 'zenvoy[analysis]' has all it takes")
+        return exits.FAILED
     except SystemExit as error:  # of shell completion
         return error.code if isinstance(error.code, int) else exits.BAD_INPUT
     return code if isinstance(code, int) else 0

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import LIMIT_S, Outcome, zenvoy
 from zenvoy.cli.app import app
-from zenvoy.cli.usage import outcome
+from zenvoy.cli.usage import App, outcome
 
 GROUP: Final[Any] = typer.main.get_command(app)
 COMMANDS: Final[dict[str, Any]] = dict(GROUP.commands)
@@ -156,3 +156,18 @@ def test_a_shell_completes_scenarios(tmp_path: Path) -> None:
         ],
         b"",
     )
+
+
+@pytest.mark.parametrize("missing", ["matplotlib", "jinja2", "pyarrow"])
+def test_a_package_of_the_extra_is_named_where_it_is_missing(
+    missing: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    alone = App()
+
+    @alone.command()
+    def draw() -> None:
+        raise ModuleNotFoundError(f"No module named '{missing}.sub'", name=f"{missing}.sub")
+
+    assert outcome(alone, []) == 1
+    expected = f"{missing} is not installed; pip install 'zenvoy[analysis]' has all it takes\n"
+    assert capsys.readouterr().err == expected
