@@ -43,10 +43,10 @@ class Post(NamedTuple):
 class LiveAgent(Participant, Protocol):
     """A participant on the wall clock. All instants that it gets are simulation time, ns."""
 
-    quiet: frozenset[Topic[Any]]
+    may_wait: frozenset[Topic[Any]]
     """Streams whose messages may wait until it acts: none of them wakes the process by itself."""
 
-    together: bool
+    sends_together: bool
     """Whether the results of several acts that are due at one instant are sent together."""
 
     @property
@@ -134,7 +134,7 @@ class LiveBus(Connection):
         """What comes of all that is due at once."""
         agent = self._agent
         sent = agent.act(self.now_ns)
-        while agent.together and agent.due_ns is not None and agent.due_ns <= self.now_ns:
+        while agent.sends_together and agent.due_ns is not None and agent.due_ns <= self.now_ns:
             sent += agent.act(self.now_ns)
         return sent
 
@@ -206,7 +206,7 @@ class LiveBus(Connection):
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
-        came, is_quiet = self._came, topic in self._agent.quiet
+        came, is_quiet = self._came, topic in self._agent.may_wait
         keep = came.put_quietly if is_quiet else came.put
 
         def store(sample: zenoh.Sample) -> None:

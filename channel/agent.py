@@ -61,7 +61,7 @@ class ChannelAgent:
         return flaw_of_beacon(message, vehicle, start_ns)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Decide the fate of the cycle's frames and deliver what is due."""
+        """Transmit the cycle's frames and deliver what is due."""
         links = [self.transmit(inbox)] if self._cycle >= 0 else []
         delivery = self._cycle + self._ahead
         self._cycle += 1
@@ -84,13 +84,15 @@ class ChannelAgent:
         scene = Scene(positions.cycle, positions.time_ns, position, self._ring_length_m)
         sent = self._transmission.of(speaks, sequence, scene)
         rows = sent.rows
-        self.air.send(inbox.payloads(BEACON), rows.source, rows.destination, sent.fate.arrived_ns)
+        self.air.send(
+            inbox.payloads(BEACON), rows.source, rows.destination, sent.outcomes.arrived_ns
+        )
         return _links(scene, sent)
 
 
 def _links(scene: Scene, sent: Transmitted) -> Envelope:
     """What the log tells of the frames of a cycle."""
-    rows, fate = sent.rows, sent.fate
+    rows, outcomes = sent.rows, sent.outcomes
     frames = _FRAMES.encode(
         cycle=scene.cycle,
         time_ns=scene.sent_ns,
@@ -98,10 +100,10 @@ def _links(scene: Scene, sent: Transmitted) -> Envelope:
         destination=rows.destination + 1,
         sequence=rows.sequence,
         sent_ns=np.full(len(rows.source), scene.sent_ns),
-        arrived_ns=fate.arrived_ns,
-        latency_ns=fate.latency_ns,
+        arrived_ns=outcomes.arrived_ns,
+        latency_ns=outcomes.latency_ns,
         distance=rows.distance,
-        outcome=fate.outcome,
+        outcome=outcomes.outcome,
         **({} if sent.busy_ratio is None else {"busy_ratio": sent.busy_ratio}),
         **({} if sent.hops is None else {"hops": sent.hops}),
     )

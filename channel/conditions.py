@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 
-class Way(NamedTuple):
-    """A row per frame and receiver: whether it is lost, damaged or collided, and its latency, ns.
+class Impairments(NamedTuple):
+    """What impairs each frame at each receiver: loss, damage, collision, latency (ns).
 
     The latency is without the time on the air. `ordered`: must not overtake earlier ones.
     """
@@ -65,8 +65,8 @@ class Conditions:
         """The least that any of the latencies allows, without the time on the air."""
         return min(model.least_ns for model in self._latencies.values())
 
-    def of(self, rows: Rows, scene: Scene) -> Way:
-        """Of the frames of a cycle."""
+    def of(self, rows: Rows, scene: Scene) -> Impairments:
+        """Return what impairs each frame of a cycle."""
         count = len(rows.source)
         chance = share = np.zeros(count)
         if self._draws:
@@ -78,16 +78,18 @@ class Conditions:
             lost[chosen] = loss.lost(some, scene, chance[chosen])
             damaged[chosen] = loss.damaged(some)
         nothing = np.zeros(count, dtype=np.bool_)
-        return Way(lost, damaged, nothing, *self._latency(rows, covered, share))
+        return Impairments(lost, damaged, nothing, *self._latency(rows, covered, share))
 
-    def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Way]:
-        """Which of the frames come twice, and the way of the second copies of those."""
+    def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Impairments]:
+        """Return which of the frames come twice, and what impairs their second copies."""
         chance, share = uniforms(self._seed, Purpose.DUPLICATION, *rows.keys)
         twice = chance < self._duplicate
         some = rows.only(twice)
         nothing = np.zeros(len(some.source), dtype=np.bool_)
         covered = self._covered(some, scene)
-        return twice, Way(nothing, nothing, nothing, *self._latency(some, covered, share[twice]))
+        return twice, Impairments(
+            nothing, nothing, nothing, *self._latency(some, covered, share[twice])
+        )
 
     def _latency(self, rows: Rows, covered: dict[int, Bools], share: Floats) -> tuple[Ints, Bools]:
         latency_ns = np.zeros(len(share), dtype=np.int64)

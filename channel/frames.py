@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.channel.conditions import Way
+from zenvoy.channel.conditions import Impairments
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs
 from zenvoy.scenarios import Technology
@@ -33,7 +33,7 @@ class OnAir:
         return round(8_000 * self.frame_bytes / self.technology.bit_rate_mbps)
 
 
-class Fate(NamedTuple):
+class Outcomes(NamedTuple):
     """A row per frame and receiver, parallel to the pairs. Times in ns; -1: never arrives."""
 
     latency_ns: Ints
@@ -41,25 +41,30 @@ class Fate(NamedTuple):
     outcome: NDArray[np.uint32]
 
 
-def fates(
-    pairs: Pairs, way: Way, sent_ns: int, deadline_ns: int, medium: OnAir, in_order: InOrder
-) -> Fate:
+def outcomes_of(
+    pairs: Pairs,
+    impairments: Impairments,
+    sent_ns: int,
+    deadline_ns: int,
+    medium: OnAir,
+    in_order: InOrder,
+) -> Outcomes:
     """Outcome of one frame per source, sent at `sent_ns`.
 
     A frame that arrives by `deadline_ns` comes with the first delivery after it was sent.
     """
     on_air_ns = medium.frame_time_ns * turns(pairs, medium.technology.broadcast)
-    gone = way.lost | way.damaged | way.collided | ~pairs.in_range
-    arrived_ns = np.where(gone, -1, sent_ns + way.latency_ns + on_air_ns)
-    if way.ordered.any():
-        arrived_ns = in_order.held(pairs.source, pairs.destination, arrived_ns, way.ordered)
+    gone = impairments.lost | impairments.damaged | impairments.collided | ~pairs.in_range
+    arrived_ns = np.where(gone, -1, sent_ns + impairments.latency_ns + on_air_ns)
+    if impairments.ordered.any():
+        arrived_ns = in_order.held(pairs.source, pairs.destination, arrived_ns, impairments.ordered)
     outcome = np.where(arrived_ns <= deadline_ns, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
-    outcome[way.damaged] = pb.OUTCOME_CORRUPTED
-    outcome[way.collided] = pb.OUTCOME_COLLIDED
-    outcome[way.lost] = pb.OUTCOME_LOST
+    outcome[impairments.damaged] = pb.OUTCOME_CORRUPTED
+    outcome[impairments.collided] = pb.OUTCOME_COLLIDED
+    outcome[impairments.lost] = pb.OUTCOME_LOST
     outcome[~pairs.in_range] = pb.OUTCOME_OUT_OF_RANGE
     latency_ns = np.where(gone, -1, arrived_ns - sent_ns)
-    return Fate(latency_ns, arrived_ns, outcome.astype(np.uint32))
+    return Outcomes(latency_ns, arrived_ns, outcome.astype(np.uint32))
 
 
 def turns(pairs: Pairs, broadcast: bool) -> Ints:

@@ -39,8 +39,8 @@ class LiveChannel:
     name = "channel"
     vehicles = ()
     done = False
-    together = False
-    quiet: frozenset[Topic[Any]] = frozenset()
+    sends_together = False
+    may_wait: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:
         self._agent = ChannelAgent(scenario)

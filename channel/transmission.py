@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.access import Access
-from zenvoy.channel.conditions import Conditions, Way
-from zenvoy.channel.frames import Fate, OnAir, fates
+from zenvoy.channel.conditions import Conditions, Impairments
+from zenvoy.channel.frames import OnAir, Outcomes, outcomes_of
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
@@ -24,14 +24,14 @@ Bools = NDArray[np.bool_]
 
 
 class Transmitted(NamedTuple):
-    """What became of the frames of a cycle: rows and fates in parallel.
+    """What became of the frames of a cycle: rows and outcomes in parallel.
 
     hops (r,): links that a frame went over; None where none is relayed. busy_ratio (n,): how busy
     each vehicle sensed the medium; None without carrier sense.
     """
 
     rows: Rows
-    fate: Fate
+    outcomes: Outcomes
     hops: Ints | None
     busy_ratio: Floats | None
 
@@ -70,42 +70,48 @@ class Transmission:
         if not sends.all():
             reach = reach.only(sends[reach.source])
         rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
-        way = self._conditions.of(rows, scene)
+        impairments = self._conditions.of(rows, scene)
         outages = self._outages.lost(rows.source, rows.destination, scene.position, scene.sent_ns)
         if outages is not None:
-            way = way._replace(lost=way.lost | outages)
+            impairments = impairments._replace(lost=impairments.lost | outages)
         busy_ratio = hops = None
         if self._access is not None:
             airing = self._access.air(rows, everyone, sends, sequence, scene)
-            latency_ns = way.latency_ns + airing.wait_ns[rows.source]
-            way = way._replace(latency_ns=latency_ns, collided=airing.collided)
+            latency_ns = impairments.latency_ns + airing.wait_ns[rows.source]
+            impairments = impairments._replace(latency_ns=latency_ns, collided=airing.collided)
             busy_ratio = airing.busy_ratio
-        fate = self._fate(reach, way, scene)
+        outcomes = self._outcomes(reach, impairments, scene)
         if self._duplicates:
-            rows, fate = self._with_copies(reach, rows, fate, scene)
+            rows, outcomes = self._with_copies(reach, rows, outcomes, scene)
         if self._relay_hops > 1:
-            rows, fate, hops = self._with_relayed(rows, fate, sequence, scene)
-        return Transmitted(rows, fate, hops, busy_ratio)
+            rows, outcomes, hops = self._with_relayed(rows, outcomes, sequence, scene)
+        return Transmitted(rows, outcomes, hops, busy_ratio)
 
-    def _fate(self, reach: Pairs, way: Way, scene: Scene) -> Fate:
+    def _outcomes(self, reach: Pairs, impairments: Impairments, scene: Scene) -> Outcomes:
         deadline_ns = scene.sent_ns + self._in_time_ns
-        return fates(reach, way, scene.sent_ns, deadline_ns, self._medium, self._in_order)
+        return outcomes_of(
+            reach, impairments, scene.sent_ns, deadline_ns, self._medium, self._in_order
+        )
 
-    def _with_copies(self, reach: Pairs, rows: Rows, fate: Fate, scene: Scene) -> tuple[Rows, Fate]:
+    def _with_copies(
+        self, reach: Pairs, rows: Rows, outcomes: Outcomes, scene: Scene
+    ) -> tuple[Rows, Outcomes]:
         """The frames, and after them the second copies of some that get through."""
-        through = fate.arrived_ns >= 0
-        twice, way = self._conditions.copies(rows.only(through), scene)
+        through = outcomes.arrived_ns >= 0
+        twice, impairments = self._conditions.copies(rows.only(through), scene)
         through[through] = twice
-        copies = self._fate(reach.only(through), way, scene)
+        copies = self._outcomes(reach.only(through), impairments, scene)
         copies.outcome[:] = pb.OUTCOME_DUPLICATE
-        return _below(rows, fate, rows.only(through), copies)
+        return _below(rows, outcomes, rows.only(through), copies)
 
     def _with_relayed(
-        self, rows: Rows, fate: Fate, sequence: Ints, scene: Scene
-    ) -> tuple[Rows, Fate, Ints]:
+        self, rows: Rows, outcomes: Outcomes, sequence: Ints, scene: Scene
+    ) -> tuple[Rows, Outcomes, Ints]:
         """The frames, and after them those that others have passed on; and the hops of each."""
-        first = (fate.outcome != pb.OUTCOME_OUT_OF_RANGE) & (fate.outcome != pb.OUTCOME_DUPLICATE)
-        direct = Hop(rows.source[first], rows.destination[first], fate.latency_ns[first])
+        first = (outcomes.outcome != pb.OUTCOME_OUT_OF_RANGE) & (
+            outcomes.outcome != pb.OUTCOME_DUPLICATE
+        )
+        direct = Hop(rows.source[first], rows.destination[first], outcomes.latency_ns[first])
         relayed = relay(direct, self._size, self._relay_hops)
         ends = (relayed.source, relayed.destination)
         apart = np.abs(scene.position[ends[0]] - scene.position[ends[1]])
@@ -121,15 +127,17 @@ class Transmission:
         # Told of already as out of range: now they are not.
         code = rows.source * self._size + rows.destination
         kept = ~np.isin(code, ends[0] * self._size + ends[1])
-        some = Fate(relayed.latency_ns, arrived_ns, outcome.astype(np.uint32))
+        some = Outcomes(relayed.latency_ns, arrived_ns, outcome.astype(np.uint32))
         hops = np.concatenate([np.ones(int(kept.sum()), dtype=np.int64), relayed.hops])
-        fate = Fate._make(column[kept] for column in fate)
-        return (*_below(rows.only(kept), fate, passed_on, some), hops)
+        outcomes = Outcomes._make(column[kept] for column in outcomes)
+        return (*_below(rows.only(kept), outcomes, passed_on, some), hops)
 
 
-def _below(rows: Rows, fate: Fate, more_rows: Rows, more_fate: Fate) -> tuple[Rows, Fate]:
+def _below(
+    rows: Rows, outcomes: Outcomes, more_rows: Rows, more_outcomes: Outcomes
+) -> tuple[Rows, Outcomes]:
     """Tables one below the other."""
-    return Rows._make(_joined(rows, more_rows)), Fate._make(_joined(fate, more_fate))
+    return Rows._make(_joined(rows, more_rows)), Outcomes._make(_joined(outcomes, more_outcomes))
 
 
 def _joined(

@@ -16,7 +16,7 @@ from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.agent import ChannelAgent
-from zenvoy.channel.conditions import Conditions, Way
+from zenvoy.channel.conditions import Conditions, Impairments
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.rows import Rows, Scene
 from zenvoy.scenarios import (
@@ -61,13 +61,13 @@ def frames(sequence: int) -> Rows:
     return Rows(SOURCE, DESTINATION, DISTANCE, np.full(len(SOURCE), sequence))
 
 
-def ways(channel: Channel, count: int = 60) -> Way:
+def ways(channel: Channel, count: int = 60) -> Impairments:
     """(count, links): what becomes of so many frames of each link, one every 0.1 s."""
     conditions = Conditions(scenario(channel))
     found = [
         conditions.of(frames(n), Scene(n, n * S_NS // 10, POSITION, 600.0)) for n in range(count)
     ]
-    return Way(*map(np.array, zip(*found, strict=True)))
+    return Impairments(*map(np.array, zip(*found, strict=True)))
 
 
 def within(share: float, p: float, n: int) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.conditions import Conditions
-from zenvoy.channel.frames import Fate, OnAir, fates
+from zenvoy.channel.frames import OnAir, Outcomes, outcomes_of
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.rows import Rows, Scene
@@ -41,7 +41,7 @@ class Over:
 
     def fates(
         self, reach: Pairs, position: Floats, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int
-    ) -> Fate:
+    ) -> Outcomes:
         """Of frames of all of the fleet, in conditions that have seen nothing before."""
         size = len(position)
         channel = Channel(technology=technologies()[self.technology], loss=Loss(p=self.loss))
@@ -49,12 +49,12 @@ class Over:
         numbers = np.full(len(reach.source), sequence)
         rows = Rows(reach.source, reach.destination, reach.distance, numbers)
         way = conditions.of(rows, Scene(sequence, sent_ns, position, RING_M))
-        return fates(reach, way, sent_ns, sent_ns + wait_ns, self.medium, InOrder(size))
+        return outcomes_of(reach, way, sent_ns, sent_ns + wait_ns, self.medium, InOrder(size))
 
 
 def send(
     over: Over, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int = 11 * MS_NS
-) -> tuple[Pairs, Fate]:
+) -> tuple[Pairs, Outcomes]:
     reach = pairs(EVENLY, over.medium.technology.range_m, RING_M)
     fate = over.fates(reach, EVENLY, sequence=sequence, sent_ns=sent_ns, wait_ns=wait_ns)
     return reach, fate

@@ -55,8 +55,8 @@ class LiveHostedVehicles:
 
     role = "vehicle"
     done = False
-    together = True
-    quiet = frozenset({RECEIVE})
+    sends_together = True
+    may_wait = frozenset({RECEIVE})
 
     def __init__(self, scenario: Scenario, host: Host) -> None:
         self.name, self.vehicles = host

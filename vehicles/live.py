@@ -30,8 +30,8 @@ class LiveVehicle:
 
     role = "vehicle"
     done = False
-    together = False
-    quiet = frozenset({RECEIVE})
+    sends_together = False
+    may_wait = frozenset({RECEIVE})
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
         self._core = Vehicle(scenario, vehicle)

@@ -57,8 +57,8 @@ class LiveWorld:
     role = "world"
     name = "world"
     vehicles = ()
-    together = False
-    quiet: frozenset[Topic[Any]] = frozenset()
+    sends_together = False
+    may_wait: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:
         self._world = WorldAgent(scenario)
