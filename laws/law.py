@@ -115,7 +115,8 @@ class Law:
     what `control.parameters` may hold. section: the section of `control` that holds them instead.
     mode: its number in a log; None where the run gives it one. colour: of its curves, `#RRGGBB`.
     linear: the law near its equilibrium, from its parameters, the setpoint and the number of
-    vehicles found on each side; None where linear theory has nothing to say.
+    vehicles found on each side; None where linear theory has nothing to say. keeps_gap: whether it
+    looks at the desired gap.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Law:
     parameters: type = NoParameters
     section: str | None = None
     needs: Needs = Needs()
+    keeps_gap: bool = True
     columns: tuple[Column, ...] = ()
     state: tuple[float, ...] = ()
     mode: int | None = None

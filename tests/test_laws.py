@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.laws import Motion, Observation, Relative, Setpoint, clipped
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.laws import (
+    Motion,
+    Observation,
+    Relative,
+    Setpoint,
+    builtin,
+    clipped,
+    larger,
+    law_of,
+    root,
+    smaller,
+    where,
+)
 from zenvoy.laws.library import bcm, cacc, fm, mbcm
 
 WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
@@ -154,3 +169,52 @@ def test_cooperative_with_more_damping() -> None:
     ahead = Relative(38.5, 1.0)
     a = cooperative(ahead, Motion(0.0, 0.4), Motion(29.0, 0.8), 30.0, law)
     assert a == pytest.approx(0.75 * 0.4 + 0.25 * 0.8 + 0.8 - 0.2 + 0.16, abs=1e-12)
+
+
+# --- floats and arrays ---
+
+NUMBERS = st.floats(-1e3, 1e3)
+ROWS = st.lists(st.tuples(*[NUMBERS] * 9), min_size=1, max_size=5)
+
+
+@pytest.mark.parametrize("name", list(builtin()))
+@given(rows=ROWS)
+def test_a_law_gives_the_same_bits_on_arrays(name: str, rows: list[tuple[float, ...]]) -> None:
+    law = law_of(name)
+    own = law.parameters()
+
+    def seen(values: Any) -> Observation:
+        speed, p, v, p_behind, v_behind, a, leader_v, leader_a, k_d = values
+        ahead, behind = Relative(p, v), Relative(p_behind, v_behind)
+        return Observation(
+            speed,
+            WANTED._replace(k_d=k_d),
+            ahead,
+            behind,
+            sides=((ahead, behind), (behind, ahead)),
+            predecessor=Motion(speed, a),
+            leader=Motion(leader_v, leader_a),
+        )
+
+    one_by_one = [law.acceleration(seen(row), own) for row in rows]
+    together = law.acceleration(seen(np.array(rows).T), own)
+    np.testing.assert_array_equal(together, one_by_one)
+
+
+@given(a=st.floats(), b=st.floats(), limit=st.floats(0, 1e3))
+def test_choices_are_the_same_on_arrays(a: float, b: float, limit: float) -> None:
+    for choose in (smaller, larger):
+        np.testing.assert_array_equal(choose(np.array([a]), np.array([b])), [choose(a, b)])
+    np.testing.assert_array_equal(clipped(np.array([a]), limit), [clipped(a, limit)])
+    np.testing.assert_array_equal(root(np.array([a])), [root(a)])
+    np.testing.assert_array_equal(where(np.array([a > b]), a, b), [where(a > b, a, b)])
+
+
+def test_the_modes_of_the_library_are_those_of_the_messages() -> None:
+    for law in builtin().values():
+        assert law.mode == pb.Mode.Value(f"MODE_{law.name}")
+
+
+def test_a_colour_is_a_laws_own() -> None:
+    colours = [law.colour for law in builtin().values()]
+    assert len(set(colours)) == len(colours)

@@ -22,6 +22,7 @@ LAW = Law(
     name="BCM",
     acceleration=bilateral,
     needs=Needs(behind=True),
+    keeps_gap=False,
     mode=3,
     colour="#D55E00",
     linear=linear,

@@ -59,6 +59,7 @@ LAW = Law(
     parameters=Parameters,
     section="multi_node",
     needs=Needs(sides="neighbours"),
+    keeps_gap=False,
     mode=4,
     colour="#009E73",
     linear=_linear,

@@ -9,6 +9,7 @@ LAW = Law(
     name="PBCM",
     acceleration=bilateral,
     needs=Needs(behind=True, prediction=True),
+    keeps_gap=False,
     mode=5,
     colour="#0072B2",
     linear=linear,

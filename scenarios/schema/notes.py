@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 from typing import TYPE_CHECKING
 
+from zenvoy.laws import find
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
 from zenvoy.scenarios.schema.notes_of_events import notes_of_events
-from zenvoy.scenarios.schema.roster import group_members
+from zenvoy.scenarios.schema.roster import group_members, roster
 from zenvoy.scenarios.schema.section import NS_PER_S
 from zenvoy.scenarios.wording import trimmed
 
@@ -63,8 +65,30 @@ def _groups(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
 
 def _schedule(scenario: Scenario) -> Iterator[Problem]:
     end_s = scenario.cycles * scenario.period_ns / NS_PER_S
+    last_ns = _last_desired_gap_ns(scenario)
     for index, switch in enumerate(scenario.control.schedule):
         if switch.at_s >= end_s:
             text = f"{trimmed(switch.at_s)} is not before the end of the run ({trimmed(end_s)} s)"
             key = f"control.schedule.{index}.at_s"
             yield Problem(key=key, text=text, related=("duration_s",))
+        elif switch.desired_gap_m is not None and round(switch.at_s * NS_PER_S) >= last_ns:
+            text = f"{trimmed(switch.desired_gap_m)} has no effect: no law then looks at the gap"
+            key = f"control.schedule.{index}.desired_gap_m"
+            yield Problem(key=key, text=text, related=(f"control.schedule.{index}",))
+
+
+def _last_desired_gap_ns(scenario: Scenario) -> float:
+    """Until when a law is in force that looks at the desired gap.
+
+    On the open road the last vehicle always follows by its gap.
+    """
+    if scenario.ring_length_m is None:
+        return inf
+    last_ns = 0.0
+    for settings in roster(scenario):
+        ends = [*(phase.from_ns for phase in settings.phases[1:]), inf]
+        for phase, end_ns in zip(settings.phases, ends, strict=True):
+            law = find(phase.model)
+            if law is None or law.keeps_gap:
+                last_ns = max(last_ns, end_ns)
+    return last_ns
