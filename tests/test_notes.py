@@ -46,7 +46,8 @@ def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
             "control.schedule.0.at_s: 61 is not before the end of the run (60 s)  (s.yaml, line 2)",
         ),
         (
-            "control:\n  schedule: [{at_s: 9, model: BCM}, {at_s: 10, desired_gap_m: 40}]\n  model: FM",
+            "control:\n  schedule: [{at_s: 9, model: BCM}, {at_s: 9.5, desired_gap_m: 40}]\n"
+            "  model: FM",
             "control.schedule.1.desired_gap_m: 40 has no effect: no law then looks at the gap"
             "  (s.yaml, line 2)",
         ),
