@@ -1,7 +1,7 @@
 """Signals for the processes of a run at any moment: what becomes of the run, the log and the rest.
 
 `make chaos` runs 500 cases at random moments and prints what was found beside what is documented
-in docs/ends.md; tests/test_chaos.py runs a sample.
+in docs/ends.md; tests/fleet/test_chaos.py runs a sample.
 """
 
 from __future__ import annotations

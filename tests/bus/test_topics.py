@@ -73,7 +73,7 @@ def test_there_are_no_others() -> None:
     assert len({topic.name for topic in TOPICS}) == len(TOPICS)
 
 
-ROOT: Final = Path(__file__).parents[1]
+ROOT: Final = Path(__file__).parents[2]
 PACKAGES: Final = tuple(sorted(path.parent.name for path in ROOT.glob("*/py.typed")))
 DECLARED_IN: Final = {
     **{topic.log_name: "bus/topics.py" for topic in (*LOGGED, REALTIME)},

@@ -14,7 +14,7 @@ from tests import recordings
 from zenvoy.scenarios import load
 from zenvoy.scenarios.reading.allowed import interval, resolved, schema_at, types
 
-PAGE: Final = (Path(__file__).parents[1] / "docs" / "scenarios.md").read_text()
+PAGE: Final = (Path(__file__).parents[2] / "docs" / "scenarios.md").read_text()
 
 UNITS: Final = {
     "m": "m",

@@ -10,7 +10,7 @@ from typing import Final
 from tests.conftest import zenvoy
 from zenvoy.analysis.log.load import load
 
-PAGE: Final = Path(__file__).parents[1] / "docs" / "extending.md"
+PAGE: Final = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
 def blocks() -> list[tuple[str, str, str]]:

@@ -61,7 +61,7 @@ def under_attack(
     arguments.append("1" if vehicles == ALONE else "2")
     ended = subprocess.run(
         [sys.executable, "-m", "tests.attack", *arguments],
-        cwd=Path(__file__).parents[1],
+        cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,
         timeout=2 * LIMIT_S,

@@ -12,7 +12,7 @@ from google.protobuf.descriptor_pb2 import DescriptorProto, FileDescriptorProto,
 
 from zenvoy.bus import messages_pb2 as pb
 
-BUS = Path(__file__).parents[1] / "bus"
+BUS = Path(__file__).parents[2] / "bus"
 
 
 @pytest.fixture(scope="module")

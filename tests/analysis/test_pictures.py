@@ -11,8 +11,8 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from tests.analysis.test_evidence import evidence
 from tests.logs import write_log
-from tests.test_evidence import evidence
 from zenvoy.analysis.chapters.contents import chapters
 from zenvoy.analysis.chapters.overview import overview_section
 from zenvoy.analysis.compare.pictures import Labelled, comparison_pictures

@@ -17,10 +17,10 @@ from matplotlib.cbook import is_math_text
 from rich.console import Console
 from rich.table import Table
 
+from tests.analysis.test_export import read as read_table
 from tests.conftest import LIMIT_S, Outcome, command, wait_until, zenvoy
 from tests.logs import write_log
 from tests.pages import read
-from tests.test_export import read as read_table
 from zenvoy.analysis.log.cells import harmless
 from zenvoy.analysis.log.export import export
 from zenvoy.analysis.log.load import load

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import pytest
 
-from tests.test_library import run
+from tests.scenarios.test_library import run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS, TRUTH
 from zenvoy.scenarios import Trace, load

@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import zenvoy
 
-DOCUMENT = Path(__file__).parents[1] / "docs" / "notebook.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "notebook.md"
 
 
 def test_the_examples_give_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,7 +26,7 @@ stall_limit_s: 60
 fleet: {size: 3}
 channel: {loss: {p: 0.2}}
 """
-EXAMPLE: Final = Path(__file__).parents[1] / "examples" / "from_python.py"
+EXAMPLE: Final = Path(__file__).parents[2] / "examples" / "from_python.py"
 
 
 def script(folder: Path, text: str) -> subprocess.CompletedProcess[str]:

@@ -1,7 +1,7 @@
 """Cases out of the public trackers of other tools: what their users tripped over, tried here.
 
 Traces as SUMO, Plexe, OpenACC and drive cycles publish them stand in tests/recordings.py, Plexe's
-braking platoon in tests/test_plexe_braking.py, netem's gemodel and state in test_burst_loss.py, and
+braking platoon in test_plexe_braking.py, netem's gemodel and state in test_burst_loss.py, and
 federates that die, freeze or join late in test_chaos.py and test_external_vehicle.py (HELICS 229,
 441, 853, 2534, 2795: others hang, and nobody says for whom).
 """

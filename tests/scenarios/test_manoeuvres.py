@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import zenvoy
-from tests.test_library import run
+from tests.scenarios.test_library import run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS, TRUTH
 from zenvoy.scenarios import Scenario, ScenarioError, load, roster

@@ -28,7 +28,7 @@ from tests.conftest import (
 )
 from zenvoy.bus import messages_pb2 as pb
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "external_vehicle" / "vehicle.py"
 IN_CPP = os.environ.get("ZENVOY_VEHICLE_CPP")
 # Far longer than any test waits.

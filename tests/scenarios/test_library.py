@@ -31,7 +31,7 @@ from zenvoy.scenarios import (
     technologies,
 )
 
-ROOT: Final = Path(__file__).parents[1]
+ROOT: Final = Path(__file__).parents[2]
 NAMES: Final = [name for name, _ in builtin()]
 S_NS: Final = 1_000_000_000
 

@@ -9,12 +9,12 @@ from typing import Final
 import pytest
 
 from tests import recordings
-from tests.test_library import run
+from tests.scenarios.test_library import run
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS
 from zenvoy.scenarios import Scenario, ScenarioError, effective_yaml, load
 
-DOCS: Final = Path(__file__).parents[1] / "docs"
+DOCS: Final = Path(__file__).parents[2] / "docs"
 
 
 def scenario_of(folder: Path, text: str, *settings: str) -> Scenario:
