@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import resource
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +18,7 @@ _THREADS: Final = 20
 _DESCRIPTORS: Final = 24
 _LEAST_MEMORY: Final = 384 * 1_048_576  # bytes; with 200 MiB scipy's import never ends
 
-_ZENOH_THREAD: Final = "app-0"  # every session starts it, and none ends it
+_ZENOH_THREAD: Final = b"app-0"  # every session starts it, and none ends it
 
 
 class LimitError(OSError):
@@ -29,12 +30,19 @@ def require_no_session() -> None:
 
     Zenoh's threads do not come along in a fork, and a session of the child waits for them in vain.
     """
-    names = {task.read_text().strip() for task in Path("/proc/self/task").glob("*/comm")}
-    if _ZENOH_THREAD in names:
+    if _ZENOH_THREAD in _names_of_threads():
         raise LimitError(
             "this process has opened a Zenoh session, after which no fleet can be forked from it; "
             "run the fleet from another process, or in this one without Zenoh"
         )
+
+
+def _names_of_threads() -> set[bytes]:
+    names = set()
+    for name in Path("/proc/self/task").glob("*/comm"):
+        with suppress(OSError):  # it has just ended
+            names.add(name.read_bytes().strip())
+    return names
 
 
 def require_memory() -> None:
