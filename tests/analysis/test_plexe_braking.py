@@ -14,7 +14,7 @@ from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.page.html import Page, render
 from zenvoy.analysis.page.section import Section, Sheet
 
-CASE: Final = Path(__file__).parents[2] / "cases" / "plexe-braking.yaml"
+CASE: Final = Path(__file__).parents[1] / "cases" / "plexe-braking.yaml"
 
 
 @pytest.fixture(scope="module")
