@@ -12,7 +12,7 @@ import hashlib
 import importlib.util
 import sys
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import entry_points, packages_distributions, version
 from pathlib import Path
 from types import ModuleType
@@ -73,6 +73,8 @@ def resolve(
     if law.name in kind.taken():
         raise UnknownLawError(f"its name {law.name} is taken by one of Zenvoy's own")
     full = f"{target}#{short}"
+    if isinstance(law, Law) and not law.version:
+        law = replace(law, version=source.version)
     bring(full, law)
     return full
 

@@ -116,7 +116,7 @@ class Law:
     mode: its number in a log; None where the run gives it one. colour: of its curves, `#RRGGBB`.
     linear: the law near its equilibrium, from its parameters, the setpoint and the number of
     vehicles found on each side; None where linear theory has nothing to say. keeps_gap: whether it
-    looks at the desired gap.
+    looks at the desired gap. version: of the package that it comes in; "" for a file.
     """
 
     name: str

@@ -105,7 +105,7 @@ def _described(mode: int, text: str) -> LoggedLaw:
         return LoggedLaw(
             mode=mode,
             name=str(facts["name"]),
-            reference=f"{facts['reference']}#{facts['source_sha256']}",
+            reference=f"{facts['reference']}#{facts['source_hash']}",
             version=str(facts["version"]),
             columns=tuple(Column(str(name), str(unit)) for name, unit in facts["columns"]),
             colour=facts["colour"],

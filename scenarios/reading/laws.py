@@ -97,6 +97,8 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
         return []
     name = model.value if model is not None else None
     law = builtin().get(name) if isinstance(name, str) else None
+    if kind is LAWS and name is not None and law is None:
+        return []  # the model is at fault, which is said where it is checked
     if kind is ESTIMATORS:
         text = "given, but Zenvoy's own estimators have none; allowed beside kind: module:attribute"
     elif law is None:

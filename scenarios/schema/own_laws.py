@@ -34,7 +34,7 @@ def _facts(scenario: Scenario, model: str, law: Law) -> dict[str, Any]:
     return {
         "name": law.name,
         "reference": reference,
-        "source_sha256": digest,
+        "source_hash": digest,
         "version": law.version,
         "columns": [list(column) for column in law.columns],
         "colour": law.colour,

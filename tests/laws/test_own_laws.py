@@ -445,3 +445,34 @@ def test_what_is_no_estimator_is_refused_in_words(laws: Path, estimator: str, sa
     outcome = zenvoy(laws, "check", "s.yaml")
     assert outcome.code == 2
     assert outcome.err.startswith(said)
+
+
+def test_a_law_of_an_installed_package_is_found_by_its_entry_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site, scenarios = tmp_path / "site", tmp_path / "scenarios"
+    facts = site / "smith_laws-1.2.dist-info"
+    for folder in (site / "smith_laws", facts, scenarios):
+        folder.mkdir(parents=True)
+    (site / "smith_laws" / "__init__.py").write_text(IDM)
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: smith-laws\nVersion: 1.2\n")
+    (facts / "top_level.txt").write_text("smith_laws\n")
+    (facts / "entry_points.txt").write_text("[zenvoy.laws]\nSmith = smith_laws:smith\n")
+    monkeypatch.setenv("PYTHONPATH", str(site))
+    (scenarios / "s.yaml").write_text(
+        "duration_s: 2\nfleet: {size: 3}\ncontrol: {model: Smith, parameters: {a: 1.0}}\n"
+    )
+    prints = set()
+    for bus in ("in-process", "zenoh"):
+        outcome = zenvoy(scenarios, "run", "s.yaml", "--bus", bus, "--out", bus)
+        assert outcome.code == 0, outcome.err
+        run = load(scenarios / bus / "run.mcap")
+        prints.add(run.fingerprint)
+        law = run.laws[pb.MODE_OWN]
+        assert (law.name, law.version) == ("IDM", "smith-laws 1.2")
+        assert law.reference.startswith("smith_laws:smith#")
+    assert len(prints) == 1
+    monkeypatch.delenv("PYTHONPATH")
+    outcome = zenvoy(scenarios, "check", "s.yaml")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("control.model: 'Smith' is not one of FM, BCM, MBCM, PBCM, CACC")
