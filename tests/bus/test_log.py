@@ -37,7 +37,7 @@ VEHICLES, CYCLES, PERIOD_NS, RING_M = 40, 60, 100_000_000, 1500.0
 FLEET = {"/fleet/truth": 61, "/fleet/radar": 60, "/fleet/estimate": 60, "/fleet/command": 60}
 COUNTS = {**FLEET, "/v2v/frames": 60, "/clock": 61}
 # Filled only by MBCM, by carrier sense, and by relaying.
-ELSEWHERE = {"neighbours", "busy_ratio", "hops"}
+ELSEWHERE = {"neighbours", "busy_ratio", "hops", "logged"}
 FIELDS = {
     "/fleet/truth": {"position", "speed", "acceleration"},
     "/fleet/radar": {"gap", "relative_speed"},

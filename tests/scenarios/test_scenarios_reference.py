@@ -76,6 +76,8 @@ def _default(schema: dict[str, Any], key: str, value: dict[str, Any]) -> str:
     if "default" not in value:
         return "–"
     default = value["default"]
+    if value.get("type") == "object" and default == []:
+        default = {}  # a mapping is kept as pairs
     plain = isinstance(default, str) and default
     return f"`{default}`" if plain else f"`{json.dumps(default)}`"
 
