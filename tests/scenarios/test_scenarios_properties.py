@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from io import StringIO
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
+from zenvoy.laws import builtin
 from zenvoy.scenarios import (
     Brake,
     Channel,
@@ -21,7 +22,6 @@ from zenvoy.scenarios import (
     Gains,
     Group,
     Loss,
-    Model,
     MultiNode,
     Platoon,
     Road,
@@ -44,7 +44,7 @@ NO_DEADLINE = settings(deadline=None)
 
 positive = st.floats(min_value=1e-6, max_value=1e9)
 non_negative = st.floats(min_value=0, max_value=1e9)
-models: st.SearchStrategy[Model] = st.sampled_from(get_args(Model))
+models: st.SearchStrategy[str] = st.sampled_from(list(builtin()))
 
 gains = st.builds(Gains, k_d=non_negative, k_v=non_negative, k_c=non_negative)
 weights: st.SearchStrategy[Any] = st.sampled_from(["least-squares", "uniform", [0.5], (2.0,)])
