@@ -217,8 +217,11 @@ def _strike(started: Command, case: Case, out: Path) -> pb.Clock:
         first = "world" if case.victim == "command" else case.process
         started.wait_for_children({first})
         time.sleep(0.3 * case.at)  # draws the moment of the blow; nothing is waited for
+        if case.victim == "command":  # it may be gone at once, and its children have other parents
+            started.wait_for_children(set())
         _hit(started, case)
-        started.wait_for_children(set())
+        if case.victim != "command":
+            started.wait_for_children(set())
         return pb.Clock()
     started.wait_for_children(case.others)
     with watching(out) as watcher:
