@@ -14,24 +14,31 @@ from zenvoy.scenarios import Loaded, ScenarioError, load
 __all__ = ["Loaded", "scenario"]
 
 
-def scenario(name_or_path: str | PathLike[str], **changes: Any) -> Loaded:
+def scenario(
+    name_or_path: str | PathLike[str], *, allow_code: bool = False, **changes: Any
+) -> Loaded:
     """Return the scenario in a file, or else the built-in one of that name, with changes.
 
     Each change is a key of the scenario and its value. Mappings change what they name and leave the
     rest: `channel={"loss": {"p": 0.3}}`, or in short `**{"channel.loss.p": 0.3}`. Lists replace
     lists. The result holds `name`, `scenario` with all its values, and `notes` on what is allowed
-    and hardly meant. Raises ScenarioError.
+    and hardly meant. A law or an estimator of one's own is run if it lies beside the scenario or in
+    an installed package; with `allow_code` from anywhere. Raises ScenarioError.
     """
-    return loaded(name_or_path, changes)
+    return loaded(name_or_path, changes, allow_code=allow_code)
 
 
 def loaded(
-    name_or_path: str | PathLike[str], changes: Mapping[str, Any], seed: int | None = None
+    name_or_path: str | PathLike[str],
+    changes: Mapping[str, Any],
+    seed: int | None = None,
+    *,
+    allow_code: bool = False,
 ) -> Loaded:
     """Return the scenario with changes and, where it is given, another seed."""
     overrides = [f"{key}={_yaml(key, value)}" for key, value in _flat(changes)]
     try:
-        return load(fspath(name_or_path), overrides, seed=seed)
+        return load(fspath(name_or_path), overrides, seed=seed, allow_code=allow_code)
     except ScenarioError as error:
         raise errors.ScenarioError(str(error)) from error
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import zenvoy as api
 from tests.conftest import zenvoy
 from tests.logs import write_log
 from zenvoy.analysis.compare.pictures import Labelled, colours
@@ -323,6 +324,10 @@ def test_code_from_elsewhere_runs_only_by_leave(laws: Path) -> None:
     (laws / "s.yaml").write_text('control: {model: "../away.py:smith"}')
     assert zenvoy(laws, "check", "s.yaml").code == 2
     assert zenvoy(laws, "check", "s.yaml", "--allow-code").code == 0
+    with pytest.raises(api.ScenarioError, match="does not lie beside the scenario"):
+        api.scenario(laws / "s.yaml")
+    found = api.scenario(laws / "s.yaml", allow_code=True).scenario.control.model
+    assert found.startswith("../away.py:smith#")
 
 
 def test_a_study_knows_a_changed_source(laws: Path) -> None:
