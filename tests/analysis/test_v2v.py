@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.patches import Rectangle
 from scipy import stats
 
 from tests.logs import write_log
@@ -367,9 +368,19 @@ def test_pictures_can_be_drawn(section: Section) -> None:
 def test_bursts_of_any_length_can_be_drawn() -> None:
     bursts = np.zeros(401, dtype=np.int64)
     bursts[[1, 2, 40, 400]] = [90, 9, 2, 1]
+    shares = 100.0 * np.array([90, 9, 2, 1]) / 102
     for ratio in (1e-9, 0.3, 0.999):
-        draw_bursts(bursts, ratio).savefig(BytesIO())
-        draw_bursts(bursts[:2], ratio).savefig(BytesIO())
+        (long,) = (figure := draw_bursts(bursts, ratio)).axes
+        logged, law = long.get_lines()
+        assert np.asarray(logged.get_xdata()).tolist() == [1, 2, 40, 400]
+        np.testing.assert_allclose(np.asarray(logged.get_ydata(), float), shares)
+        assert np.asarray(law.get_xdata()).tolist()[0] == 1
+        figure.savefig(BytesIO())
+        (short,) = (figure := draw_bursts(bursts[:2], ratio)).axes
+        (bar,) = short.patches
+        assert isinstance(bar, Rectangle)
+        assert bar.get_height() == 100.0
+        figure.savefig(BytesIO())
 
 
 def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
