@@ -72,8 +72,18 @@ def _narrowed(refused: Refusal) -> Refusal:
 
 def nearest(name: str, names: Mapping[str, str]) -> str:
     """A hint at the likeliest of `names`, by what each may be called; ends in a space, or is ""."""
-    near = get_close_matches(name, names, n=1) or get_close_matches(name.lower(), names, n=1)
+    near = _near(name, names) or _near(name.lower(), names)
     return f"did you mean {one_line(names[near[0]])!r}? " if near else ""
+
+
+def _near(name: str, names: Mapping[str, str]) -> list[str]:
+    """The likeliest of `names`, if any.
+
+    difflib takes the longest common part first, though another may leave more for the rest: "momo"
+    is near to "mimo" only where both are read backwards.
+    """
+    backwards = get_close_matches(name[::-1], [other[::-1] for other in names], n=1)
+    return get_close_matches(name, names, n=1) or [other[::-1] for other in backwards]
 
 
 def _unknown_key(key: str, allowed: list[str]) -> str:

@@ -251,6 +251,12 @@ def test_any_value_anywhere_is_accepted_or_refused_as_a_scenario(
     _refusal(folder, _yaml(values))
 
 
+def test_a_short_key_is_recognised_backwards(folder: Path) -> None:
+    error = _refusal(folder, "channel: {momo: true}")
+    assert error is not None
+    assert "did you mean 'mimo'?" in str(error)
+
+
 @NO_DEADLINE
 @given(paths.filter(lambda path: isinstance(path[-1], str)), st.data())
 def test_a_misspelt_key_is_named(folder: Path, path: tuple[Any, ...], data: st.DataObject) -> None:
