@@ -65,10 +65,8 @@ def resolve(
         return base
     target = base if ":" in base else _entry_point(base, kind)
     module, _, attribute = target.rpartition(":")
-    source = _source(module, folder, allow_code=allow_code)
+    source = _source(module, folder, digest, allow_code=allow_code)
     short = source.sha256[:_DIGITS]
-    if digest and digest != short:
-        raise UnknownLawError(f"its source has changed: the hash is {short}, not {digest}")
     law = _record_in(source, attribute, kind)
     if law.name in kind.taken():
         raise UnknownLawError(f"its name {law.name} is taken by one of Zenvoy's own")
@@ -89,14 +87,14 @@ def _entry_point(name: str, kind: Kind) -> str:
     return found[0].value.replace(" ", "")
 
 
-def _source(module: str, folder: Path | None, *, allow_code: bool) -> Source:
+def _source(module: str, folder: Path | None, digest: str, *, allow_code: bool) -> Source:
     if module.endswith(".py") or (folder and (folder / f"{module}.py").is_file()):
         name = module if module.endswith(".py") else f"{module}.py"
-        return _of_file((folder or Path()) / name, folder, allow_code=allow_code)
-    return _installed(module, folder, allow_code=allow_code)
+        return _of_file((folder or Path()) / name, folder, digest, allow_code=allow_code)
+    return _installed(module, folder, digest, allow_code=allow_code)
 
 
-def _of_file(path: Path, folder: Path | None, *, allow_code: bool) -> Source:
+def _of_file(path: Path, folder: Path | None, digest: str, *, allow_code: bool) -> Source:
     real = path.resolve()
     inside = folder is not None and real.is_relative_to(folder.resolve())
     if not inside and not allow_code:
@@ -110,7 +108,15 @@ def _of_file(path: Path, folder: Path | None, *, allow_code: bool) -> Source:
         raise UnknownLawError(f"{path.name} cannot be read: {error.strerror}") from error
     if len(text) > _LARGEST_BYTES:
         raise UnknownLawError(f"{path.name} has more than {_LARGEST_BYTES >> 20} MiB")
+    _require(digest, text)  # before any of it runs
     return _executed(real, text)
+
+
+def _require(digest: str, text: bytes) -> None:
+    """Raise UnknownLawError where a source is not the one that a reference asks for."""
+    short = hashlib.sha256(text).hexdigest()[:_DIGITS]
+    if digest and digest != short:
+        raise UnknownLawError(f"its source has changed: the hash is {short}, not {digest}")
 
 
 def _executed(path: Path, text: bytes) -> Source:
@@ -129,7 +135,7 @@ def _executed(path: Path, text: bytes) -> Source:
     return Source(module=sys.modules[name], path=path, sha256=sha256)
 
 
-def _installed(name: str, folder: Path | None, *, allow_code: bool) -> Source:
+def _installed(name: str, folder: Path | None, digest: str, *, allow_code: bool) -> Source:
     top = name.partition(".")[0]
     packages = packages_distributions().get(top, [])
     if not packages and not allow_code:
@@ -140,7 +146,9 @@ def _installed(name: str, folder: Path | None, *, allow_code: bool) -> Source:
     except Exception as error:
         raise UnknownLawError(f"{name} cannot be imported: {_said(error)}") from error
     path = Path(module.__file__ or "")
-    sha256 = hashlib.sha256(path.read_bytes() if path.is_file() else b"").hexdigest()
+    text = path.read_bytes() if path.is_file() else b""
+    _require(digest, text)
+    sha256 = hashlib.sha256(text).hexdigest()
     found = f"{packages[0]} {version(packages[0])}" if packages else ""
     return Source(module=module, path=path, sha256=sha256, version=found)
 

@@ -194,10 +194,12 @@ def test_a_changed_source_is_another_law(laws: Path) -> None:
     assert "idm:smith#" in shown
     (laws / "shown.yaml").write_text(shown)
     assert zenvoy(laws, "check", "shown.yaml").code == 0
-    (laws / "idm.py").write_text(IDM.replace("1.4", "1.5"))
+    changed = IDM.replace("1.4", "1.5") + "\nopen('ran', 'w').close()\n"
+    (laws / "idm.py").write_text(changed)
     outcome = zenvoy(laws, "check", "shown.yaml")
     assert outcome.code == 2
     assert "its source has changed" in outcome.err
+    assert not (laws / "ran").exists()  # it is not run to find that out
 
 
 BROKEN = """
