@@ -20,7 +20,7 @@ def pause() -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    time.sleep(0.0002)  # yields only: the caller looks at its queues again afterwards
+    time.sleep(0.0002)  # nothing is taken to have come by then: the caller polls again
 
 
 @dataclass(frozen=True, slots=True)

@@ -107,7 +107,7 @@ class Connection:
         self.refusals.tell_counts()
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
-        self._session.close()  # type: ignore[no-untyped-call]  # zenoh's stub has no types for it
+        self._session.close()
 
     def send(self, envelopes: Iterable[Envelope]) -> None:
         """Log messages, publish them, or both, as their topics say, in order.
@@ -216,7 +216,7 @@ class Connection:
 
         ZenohBus and LiveBus each define it; they may define `_blame` and `_stuck` too.
         """
-        raise NotImplementedError  # an ABC would make _stuck abstract, too
+        raise NotImplementedError  # no ABC: it must not have the optional hook _stuck (ruff B027)
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK

@@ -59,7 +59,7 @@ class ChunkIndexes:
                 yield ChunkIndex.read(stream)
 
     def _end_open(self) -> bytes:
-        return bytes(self._open.end())  # type: ignore[no-untyped-call]  # mcap does not annotate it
+        return bytes(self._open.end())
 
     @property
     def nbytes(self) -> int:

@@ -63,7 +63,7 @@ def fill_closed() -> None:
         except OSError:
             os.open(os.devnull, way)  # the lowest number that is free: this one
     if sys.stdin is None:
-        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115  # stays open, as stdin does
+        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115  # whoever reads stdin expects it open
 
 
 def install() -> None:

@@ -88,7 +88,7 @@ def _be_child(program: Program, log: int, parent: int, tell: Tell) -> NoReturn:
         _settle(program, log, parent)
         program.main()
         _leave(DONE)
-    except BaseException as error:  # noqa: BLE001  # the parent's frames must never see it, whatever it is
+    except BaseException as error:  # noqa: BLE001  # else the child would go on in its parent's code
         # The error holds the session. Where that is dropped it is closed, which may wait for a peer
         # that is frozen: so leave before.
         try:
@@ -107,7 +107,7 @@ def _settle(program: Program, log: int, parent: int) -> None:
     os.dup2(log, 1)
     os.dup2(log, 2)
     # Whatever they were in the parent; and a log is in UTF-8 whatever the locale.
-    sys.stdout = sys.stderr = open(  # noqa: SIM115  # stays open for as long as the process lives
+    sys.stdout = sys.stderr = open(  # noqa: SIM115  # closed by the end of the process alone
         2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
     setproctitle(f"zenvoy {program.name} {program.run}")

@@ -26,14 +26,14 @@ def where(condition: Number, chosen: Number, otherwise: Number) -> Number:
 def smaller(a: Number, b: Number) -> Number:
     """Return the smaller of both; NaN if one of them is NaN."""
     if isinstance(a, _SCALARS) and isinstance(b, _SCALARS):
-        return a if a < b or a != a else b  # noqa: PLR0124  # NaN alone differs from itself
+        return a if a < b or math.isnan(a) else b
     return np.minimum(a, b)
 
 
 def larger(a: Number, b: Number) -> Number:
     """Return the larger of both; NaN if one of them is NaN."""
     if isinstance(a, _SCALARS) and isinstance(b, _SCALARS):
-        return a if a > b or a != a else b  # noqa: PLR0124  # NaN alone differs from itself
+        return a if a > b or math.isnan(a) else b
     return np.maximum(a, b)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 
 class LawError(Exception):
@@ -32,10 +33,10 @@ def useless(name: str, code: object, what: str) -> LawError:
     return LawError(f"{name} {what}{place}")
 
 
-def _file(code: object) -> str:
+def _file(code: Any) -> str:
     try:
-        return inspect.getfile(code)  # type: ignore[arg-type]  # TypeError where it has none
-    except (TypeError, OSError):
+        return inspect.getfile(code)
+    except (TypeError, OSError):  # it is of no file, such as what is built in
         return ""
 
 

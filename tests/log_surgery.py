@@ -68,7 +68,7 @@ def record_of(chunk: Chunk) -> Record:
     """The record of a chunk."""
     builder = RecordBuilder()
     chunk.write(builder)
-    return Record(Opcode.CHUNK, bytes(builder.end())[_HEAD.size :])  # type: ignore[no-untyped-call]
+    return Record(Opcode.CHUNK, bytes(builder.end())[_HEAD.size :])
 
 
 def with_content(chunk: Chunk, data: bytes) -> Chunk:

@@ -75,7 +75,7 @@ class Recorder:
         self._attach(EFFECTIVE, "application/json", self._labels.effective_json)
         for topic in LOGGED:
             self._register(topic)
-        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
+        self._writer.flush()
         self.start_clock()
         return self
 
@@ -93,9 +93,9 @@ class Recorder:
         """End the file, with the result in it; nothing happens where it has ended."""
         if self._file.closed:
             return
-        self._writer.flush()  # type: ignore[no-untyped-call]  # the result stands after all messages
+        self._writer.flush()  # the result stands after all messages
         self._writer.add_metadata(RESULT, sealed(self.result()))
-        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap's own lack
+        self._writer.finish()
         self._file.close()
 
     @property
@@ -144,7 +144,7 @@ class Recorder:
 
     def _flush_if_due(self, now_ns: int) -> None:
         if now_ns - self._flushed_ns > _FLUSH_NS:
-            self._writer.flush()  # type: ignore[no-untyped-call]  # mcap's own lack
+            self._writer.flush()
             self._flushed_ns = now_ns
 
     def _register(self, topic: Topic[Any]) -> None:

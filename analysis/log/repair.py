@@ -103,10 +103,10 @@ def _copy(path: Path, file: IO[bytes], found: tuple[str, ...], salvage: bool) ->
     result = log.metadata.get(RESULT)
     if result is None or result.get("fingerprint") != copy.fingerprint.hexdigest():
         result = copy.result(log.whole)
-    writer.flush()  # type: ignore[no-untyped-call]  # mcap does not annotate it
+    writer.flush()
     writer.add_metadata(REPAIR, sealed({"of": path.name, "found": "; ".join(found)}))
     writer.add_metadata(RESULT, sealed(unsealed(result)))
-    writer.finish()  # type: ignore[no-untyped-call]  # mcap does not annotate it
+    writer.finish()
 
 
 class _Copy:

@@ -205,9 +205,9 @@ def test_the_log_of_something_else_is_refused(tmp_path: Path, ends: bool) -> Non
         channel = writer.register_channel("/fleet/truth", "text", schema)
         writer.add_message(channel, 1, b"\xff\xff hello", 1)
         if ends:
-            writer.finish()  # type: ignore[no-untyped-call]
+            writer.finish()
         else:
-            writer.flush()  # type: ignore[no-untyped-call]
+            writer.flush()
     with pytest.raises(LogError, match="an MCAP file, but not the log of a run"):
         load(other)
 
@@ -237,7 +237,7 @@ def copy(log: Log, path: Path, compression: CompressionType, chunked: bool) -> N
         }
         for message in log.messages:
             writer.add_message(topics[message.topic], message.log_time, message.data, 1)
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()
 
 
 def test_an_interrupted_run_is_loaded_with_notes(tmp_path: Path, whole: Run) -> None:

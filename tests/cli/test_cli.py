@@ -206,7 +206,7 @@ def test_info_of_another_log_is_refused(tmp_path: Path) -> None:
         writer = Writer(file)
         writer.start(profile="", library="another")
         writer.add_metadata("another", {"key": "value"})
-        writer.finish()  # type: ignore[no-untyped-call]  # mcap has no types for it
+        writer.finish()
     refused = zenvoy(tmp_path, "info", "other.mcap")
     assert_refused(refused, "other.mcap: an MCAP file, but not the log of a run")
 
