@@ -34,7 +34,7 @@ class FlatEncoder:
     `gap` of `ahead` is `ahead_gap`.
     """
 
-    by_name: Callable[..., bytes]
+    encode: Callable[..., bytes]
     """Serializes a message from its numbers, each given by the name of its field.
 
     Raises TypeError where a field is missing, unknown or given without its name, and struct.error
@@ -42,24 +42,10 @@ class FlatEncoder:
     """
 
     def __init__(self, descriptor: Descriptor, leave_out: tuple[str, ...] = ()) -> None:
-        parts = list(_parts(descriptor, leave_out))
-        self.names = tuple(part.name for part in parts)
+        numbers = list(_numbers(descriptor, leave_out))
+        self.names = tuple(number.name for number in numbers)
         """Names of the fields, in order of field number."""
-        form = "".join(f"{len(part.head)}s{part.code}" for part in parts)
-        self._struct = struct.Struct("<" + form)
-        self._arguments = [argument for part in parts for argument in (part.head, 0)]
-        self.by_name = _compiled(self._struct, parts)
-
-    def encode(self, *values: Any) -> bytes:
-        """Serialize a message from its numbers in order of `names`; prefer `by_name`.
-
-        Raises struct.error where their number or a number's range does not fit.
-        """
-        if 2 * len(values) != len(self._arguments):
-            raise struct.error(f"{len(self._arguments) // 2} numbers wanted, not {len(values)}")
-        arguments = self._arguments.copy()
-        arguments[1::2] = values
-        return self._struct.pack(*arguments)
+        self.encode = _compiled(numbers)
 
 
 class ColumnEncoder:
@@ -93,8 +79,8 @@ def _column(number: int, code: str, count: int) -> tuple[bytes, struct.Struct]:
     return head, struct.Struct(f"<{len(head)}s{count}{code}")
 
 
-class _Part(NamedTuple):
-    """A number of a message: its name, the bytes before it (tag), and its `struct` code."""
+class _Number(NamedTuple):
+    """A number of a message: its name, the bytes before it, and its `struct` code."""
 
     name: str
     head: bytes
@@ -106,11 +92,11 @@ class _Part(NamedTuple):
         return len(self.head) + struct.calcsize("<" + self.code)
 
 
-def _parts(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Part]:
+def _numbers(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Number]:
     """The numbers of a message in order of field number, those of nested messages in place.
 
-    A nested message begins with its own tag and its length. Both stand before its first number,
-    and so become a part of that number's head.
+    The head of a number is the tag of its field. A nested message begins with its own tag and its
+    length; these two are put before the tag of its first number, and so become part of its head.
     """
     for field in sorted(descriptor.fields, key=lambda field: field.number):
         if field.name in leave_out:
@@ -119,25 +105,30 @@ def _parts(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Part
             raise TypeError(f"{descriptor.name}.{field.name} is not a number of fixed width")
         if field.type == FieldDescriptor.TYPE_MESSAGE:
             assert field.message_type is not None
-            inner = list(_parts(field.message_type, ()))
-            head = tag(field.number, 2) + varint(sum(part.size for part in inner))
+            inner = list(_numbers(field.message_type, ()))
+            head = tag(field.number, 2) + varint(sum(number.size for number in inner))
             inner[0] = inner[0]._replace(head=head + inner[0].head)
-            yield from (part._replace(name=f"{field.name}_{part.name}") for part in inner)
+            yield from (number._replace(name=f"{field.name}_{number.name}") for number in inner)
             continue
         code, wire = _CODES[field.type]
-        yield _Part(field.name, tag(field.number, wire), code)
+        yield _Number(field.name, tag(field.number, wire), code)
 
 
-def _compiled(form: struct.Struct, parts: Sequence[_Part]) -> Callable[..., bytes]:
-    """A function with a keyword for each part, in any order, that packs them in theirs.
+def _compiled(numbers: Sequence[_Number]) -> Callable[..., bytes]:
+    """A function with a keyword for each number, in any order, that packs them in theirs.
 
-    The interpreter matches keywords to fields, which costs less than to copy a list of arguments.
-    All names come from messages.proto.
+    For the heads and names `(b"\r", "cycle"), (b"\x11", "time_ns")` it is
+
+        lambda *, cycle, time_ns: pack(b"\r", cycle, b"\x11", time_ns)
+
+    as source text, because then the interpreter matches keywords to fields: that costs less than
+    to look each one up and to copy a list of arguments. All names come from messages.proto.
     """
-    names = [part.name for part in parts]
+    names = [number.name for number in numbers]
     if len(set(names)) < len(names):
         raise TypeError(f"two fields have one name: {', '.join(names)}")
-    arguments = ", ".join(f"{part.head!r}, {part.name}" for part in parts)
+    form = struct.Struct("<" + "".join(f"{len(one.head)}s{one.code}" for one in numbers))
+    arguments = ", ".join(f"{number.head!r}, {number.name}" for number in numbers)
     source = f"lambda *, {', '.join(names)}: pack({arguments})"
     function: Callable[..., bytes] = eval(source, {"pack": form.pack})
     return function

@@ -106,7 +106,7 @@ class Air:
         spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
         for vehicle, (start, end) in zip(vehicles, spans, strict=True):
             pieces = (
-                _HEAD.by_name(
+                _HEAD.encode(
                     cycle=cycle,
                     time_ns=arrived_ns[end - 1] if time_ns is None else time_ns,
                     vehicle=vehicle,

@@ -4,37 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
-from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
 from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import BEACON, COMMAND, vehicle_name
-from zenvoy.laws import Relative, Setpoint
+from zenvoy.laws import Setpoint
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.beaconing import beaconing
 from zenvoy.vehicles.control import FOLLOWING, controllers
-from zenvoy.vehicles.decision import Aim, Controller, Position, Predicted, View, decide
+from zenvoy.vehicles.decision import Aim, Controller, Position, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.memory import Memory
+from zenvoy.vehicles.messages import Instants, beacon, command, silence
 from zenvoy.vehicles.neighbours import neighbours
-from zenvoy.vehicles.state import LinkState
-
-_NAN: Final = float("nan")
-_NOTHING: Final = (_NAN, _NAN)
-_NO_SPEED: Final = (_NAN, _NAN, _NAN)
-_REST: Final = ("planned_from_ns", "planned_acceleration", "silent")
-_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_REST)
-_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_REST))
-_PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
-_PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
-_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
-_COMMAND_OF_MANY: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("timing", "logged"))
-_LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 
 
 class Vehicle:
@@ -56,7 +42,7 @@ class Vehicle:
         self._constant: Aim | None = None  # where the schedule changes nothing
         if not self._targets.change:
             self._constant = self._aim_at(0)
-        self._tells = settings.beacons
+        self._beacons = settings.beacons
         self._beaconing = beaconing(scenario, vehicle)
         self._estimates = any(one.law.needs.prediction for one in every)
         self._counts_neighbours = any(one.law.needs.sides for one in every)
@@ -85,7 +71,7 @@ class Vehicle:
         """Take in the sense of a new cycle; returns the beacon. Raises LawError."""
         self._cycle = sense.cycle
         try:
-            return Envelope(BEACON, self.vehicle, self._tell(sense))
+            return Envelope(BEACON, self.vehicle, self._beacon(sense))
         except LawError as error:
             error.process = self.name
             raise
@@ -102,19 +88,13 @@ class Vehicle:
             error.process = self.name
             raise
 
-    def _tell(self, sense: pb.Sense) -> bytes:
+    def _beacon(self, sense: pb.Sense) -> bytes:
         """Beacon: the readings, and what the vehicle expects of itself."""
-        planned_from_ns, planned = self._known.sense(sense)
-        cycle, time_ns = self._cycle, sense.time_ns
-        sequence = self._beaconing.next(sense) if self._tells else None
-        if sequence is None:
-            silence = pb.Beacon(cycle=cycle, time_ns=time_ns, vehicle=self.vehicle, silent=True)
-            return silence.SerializeToString()
-        motion = (sense.position, sense.speed, sense.acceleration)
-        radar = self._known.radar
-        encode = _BEACON_OF_FIRST.encode if radar is None else _BEACON.encode
-        head = encode(cycle, time_ns, self.vehicle, sequence, *motion, *(radar or ()))
-        return head + _PLANNED_FROM.encode(planned_from_ns) + _PLANNED.encode(planned)
+        plan = self._known.sense(sense)
+        sequence = self._beaconing.next(sense) if self._beacons else None
+        return (
+            silence(sense) if sequence is None else beacon(sense, self._known.radar, sequence, plan)
+        )
 
     def _decide(self, now_ns: int) -> bytes:
         """Command for the instant at which it takes effect, and what it was based on."""
@@ -133,23 +113,8 @@ class Vehicle:
         )
         self._memory.keep(controller, self._cycle, decision.state)
         known.command(effective_ns, decision.acceleration)
-        values = (
-            self._cycle,
-            now_ns,
-            self.vehicle,
-            effective_ns,
-            decision.acceleration,
-            decision.mode,
-            *_told(known.link_ahead, predicted.ahead if predicted else None),
-            *_told(known.link_behind, predicted.behind if predicted else None),
-            *self._speeds(predicted),
-            known.age_ns,
-        )
-        if self._counts_neighbours:
-            command = _COMMAND_OF_MANY.encode(*values, decision.neighbours)
-        else:
-            command = _COMMAND.encode(*values)
-        return command + _LOGGED.encode(decision.logged) if decision.logged else command
+        at = Instants(self._cycle, now_ns, effective_ns)
+        return command(self.vehicle, at, decision, known, predicted, self._counts_neighbours)
 
     def _controller_at(self, now_ns: int) -> Controller:
         """The controller in force; a leader has nobody to cooperate with, and follows."""
@@ -191,22 +156,8 @@ class Vehicle:
         """A random number in [0, 1) for the law of this vehicle in a cycle."""
         return float(uniforms(self._seed, Purpose.LAW, self.vehicle, number, cycle)[0])
 
-    def _speeds(self, predicted: Predicted | None) -> tuple[float, ...]:
-        if predicted is None:
-            return _NO_SPEED
-        speed = self._known.speed
-        return (speed.estimate, speed.std, predicted.speed)
-
 
 def _position(scenario: Scenario, vehicle: int) -> Position:
     if scenario.road.type == "ring":
         return Position.MIDDLE
     return {1: Position.FIRST, scenario.fleet.size: Position.LAST}.get(vehicle, Position.MIDDLE)
-
-
-def _told(link: LinkState, predicted: Relative | None) -> tuple[float, ...]:
-    """Fields of a LinkEstimate, in order."""
-    estimate = link.estimate
-    if estimate is None:
-        return (*_NOTHING, *_NOTHING, *_NOTHING, link.measured_ns)
-    return (*estimate, *link.std, *(predicted or _NOTHING), link.measured_ns)

@@ -146,9 +146,9 @@ class WorldAgent:
         for vehicle, gap, relative_speed, position, speed, acceleration in rows:
             own = {"position": position, "speed": speed, "acceleration": acceleration}
             if math.isnan(gap):  # nobody is ahead of the first vehicle of the open road
-                sense = _SENSE_OF_FIRST.by_name(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)
+                sense = _SENSE_OF_FIRST.encode(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)
             else:
-                sense = _SENSE.by_name(
+                sense = _SENSE.encode(
                     cycle=cycle,
                     time_ns=now_ns,
                     vehicle=vehicle,

@@ -1,0 +1,139 @@
+"""What a vehicle sends, as bytes: its beacon and its command, each field given by name."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import Final, NamedTuple
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
+from zenvoy.laws import Relative
+from zenvoy.vehicles.decision import Decision, Predicted
+from zenvoy.vehicles.knowledge import Knowledge
+from zenvoy.vehicles.state import LinkState
+
+_NOT_FLAT: Final = ("planned_from_ns", "planned_acceleration", "silent")
+_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_NOT_FLAT)
+_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_NOT_FLAT))
+_PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
+_PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
+_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
+_NEIGHBOURS: Final = FlatEncoder(
+    pb.Command.DESCRIPTOR,
+    leave_out=tuple(one.name for one in pb.Command.DESCRIPTOR.fields if one.name != "neighbours"),
+)
+_LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
+_NOT_ESTIMATED: Final = Relative(nan, nan)
+
+
+def silence(sense: pb.Sense) -> bytes:
+    """Beacon that says that nothing goes on the air in the cycle of a sense."""
+    beacon = pb.Beacon(cycle=sense.cycle, time_ns=sense.time_ns, vehicle=sense.vehicle, silent=True)
+    return beacon.SerializeToString()
+
+
+def beacon(
+    sense: pb.Sense, radar: Relative | None, sequence: int, plan: tuple[list[int], list[float]]
+) -> bytes:
+    """Beacon with the readings of a sense, and the accelerations that the vehicle expects.
+
+    radar: what the sense reads of the vehicle ahead; None for the first. plan: instants (ns), and
+    the acceleration from each of them on (m/s²).
+    """
+    if radar is None:
+        head = _BEACON_OF_FIRST.encode(
+            cycle=sense.cycle,
+            time_ns=sense.time_ns,
+            vehicle=sense.vehicle,
+            sequence=sequence,
+            position=sense.position,
+            speed=sense.speed,
+            acceleration=sense.acceleration,
+        )
+    else:
+        head = _BEACON.encode(
+            cycle=sense.cycle,
+            time_ns=sense.time_ns,
+            vehicle=sense.vehicle,
+            sequence=sequence,
+            position=sense.position,
+            speed=sense.speed,
+            acceleration=sense.acceleration,
+            ahead_gap=radar.p,
+            ahead_speed=radar.v,
+        )
+    planned_from_ns, planned = plan
+    return head + _PLANNED_FROM.encode(planned_from_ns) + _PLANNED.encode(planned)
+
+
+class Instants(NamedTuple):
+    """The cycle of a command, when it is decided and when it takes effect (ns)."""
+
+    cycle: int
+    decided_ns: int
+    effective_ns: int
+
+
+def command(
+    vehicle: int,
+    at: Instants,
+    decision: Decision,
+    known: Knowledge,
+    predicted: Predicted | None,
+    counts_neighbours: bool,
+) -> bytes:
+    """Command of a vehicle, with what it knew. predicted: None where it estimates nothing.
+
+    counts_neighbours: whether to say how many of them counted.
+    """
+    ahead = _link(known.link_ahead, predicted.ahead if predicted else None)
+    behind = _link(known.link_behind, predicted.behind if predicted else None)
+    encoded = _COMMAND.encode(
+        cycle=at.cycle,
+        time_ns=at.decided_ns,
+        vehicle=vehicle,
+        effective_ns=at.effective_ns,
+        acceleration=decision.acceleration,
+        mode=decision.mode,
+        ahead_gap=ahead.estimate.p,
+        ahead_speed=ahead.estimate.v,
+        ahead_gap_std=ahead.gap_std,
+        ahead_speed_std=ahead.speed_std,
+        ahead_predicted_gap=ahead.predicted.p,
+        ahead_predicted_speed=ahead.predicted.v,
+        ahead_measured_ns=known.link_ahead.measured_ns,
+        behind_gap=behind.estimate.p,
+        behind_speed=behind.estimate.v,
+        behind_gap_std=behind.gap_std,
+        behind_speed_std=behind.speed_std,
+        behind_predicted_gap=behind.predicted.p,
+        behind_predicted_speed=behind.predicted.v,
+        behind_measured_ns=known.link_behind.measured_ns,
+        speed=known.speed.estimate if predicted else nan,
+        speed_std=known.speed.std if predicted else nan,
+        predicted_speed=predicted.speed if predicted else nan,
+        age_ns=known.age_ns,
+    )
+    if counts_neighbours:
+        encoded += _NEIGHBOURS.encode(neighbours=decision.neighbours)
+    return encoded + _LOGGED.encode(decision.logged) if decision.logged else encoded
+
+
+class _Link(NamedTuple):
+    """What a command says of a link; NaN where nothing is estimated."""
+
+    estimate: Relative
+    gap_std: float
+    speed_std: float
+    predicted: Relative
+
+
+_NOTHING_KNOWN: Final = _Link(_NOT_ESTIMATED, nan, nan, _NOT_ESTIMATED)
+
+
+def _link(state: LinkState, predicted: Relative | None) -> _Link:
+    estimate = state.estimate
+    if estimate is None:
+        return _NOTHING_KNOWN
+    gap_std, speed_std = state.std
+    return _Link(estimate, gap_std, speed_std, predicted or _NOT_ESTIMATED)
