@@ -4,7 +4,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PACKAGES := laws scenarios bus vehicles channel world analysis fleet studies cli
+PACKAGES := keyed_random values links laws scenarios bus vehicles channel world analysis fleet studies cli
 DEMO := runs/demo
 
 .PHONY: setup demo test check docs mutants bench chaos conformance external-cpp picture proto clean

@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]

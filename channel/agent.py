@@ -12,8 +12,8 @@ from zenvoy.bus.checks import flaw_of_beacon, flaw_of_positions
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, Topic
 from zenvoy.channel.delivery import Air
-from zenvoy.channel.rows import Scene
 from zenvoy.channel.transmission import Transmission, Transmitted
+from zenvoy.links.rows import Scene
 from zenvoy.scenarios import Scenario
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)

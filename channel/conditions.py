@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
-from zenvoy.channel.latency import LatencyModel
-from zenvoy.channel.loss import LossModel
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.channel.latency import Latencies
+from zenvoy.channel.loss import Losses
 from zenvoy.channel.where import Where
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -46,12 +46,12 @@ class Conditions:
         latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
         self._seed, self._duplicate = seed, channel.duplicate
         self._losses = {
-            number: LossModel(loss, seed, size, number)
+            number: Losses(loss, seed, size, number)
             for number, loss in enumerate(losses)
             if loss is not None
         }
         self._latencies = {
-            number: LatencyModel(latency, delay_ms, seed, size, number)
+            number: Latencies(latency, delay_ms, seed, size, number)
             for number, latency in enumerate(latencies)
             if latency is not None
         }
@@ -76,7 +76,7 @@ class Conditions:
         for number, chosen in _portions(list(self._losses), covered, count):
             loss, some = self._losses[number], rows.only(chosen)
             lost[chosen] = loss.lost(some, scene, chance[chosen])
-            damaged[chosen] = loss.damaged(some)
+            damaged[chosen] = loss.damaged(some, scene)
         nothing = np.zeros(count, dtype=np.bool_)
         return Impairments(lost, damaged, nothing, *self._latency(rows, covered, share))
 

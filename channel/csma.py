@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
+from zenvoy.keyed_random.draws import Purpose, uniforms
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

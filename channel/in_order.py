@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.channel.link_table import LinkTable
+from zenvoy.links.link_table import LinkTable
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]

@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.links.distance import distance
+
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
@@ -37,8 +39,8 @@ def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pair
         source, destination = _everyone(n)
     else:
         source, destination = _near(position, range_m, ring_length_m)
-    distance = _distance(position[source] - position[destination], ring_length_m)
-    return Pairs(source, destination, distance, distance <= range_m)
+    apart = distance(position[source], position[destination], ring_length_m)
+    return Pairs(source, destination, apart, apart <= range_m)
 
 
 @lru_cache(maxsize=4)
@@ -47,13 +49,6 @@ def _everyone(n: int) -> tuple[Ints, Ints]:
     source, destination = (index.ravel() for index in np.indices((n, n), dtype=np.int64))
     keep = source != destination
     return source[keep], destination[keep]
-
-
-def _distance(offset: Floats, ring_length_m: float | None) -> Floats:
-    if ring_length_m is None:
-        return np.abs(offset)
-    around = np.mod(offset, ring_length_m)
-    return np.minimum(around, ring_length_m - around)
 
 
 def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tuple[Ints, Ints]:

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
-from zenvoy.channel.rows import Rows
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.links.rows import Rows
 from zenvoy.scenarios import SenderOffset
 
 Ints = NDArray[np.int64]

@@ -15,7 +15,8 @@ from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.links.distance import distance
+from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -114,10 +115,8 @@ class Transmission:
         direct = Hop(rows.source[first], rows.destination[first], outcomes.latency_ns[first])
         relayed = relay(direct, self._size, self._relay_hops)
         ends = (relayed.source, relayed.destination)
-        apart = np.abs(scene.position[ends[0]] - scene.position[ends[1]])
-        if scene.ring_length_m is not None:
-            apart = np.mod(apart, scene.ring_length_m)
-            apart = np.minimum(apart, scene.ring_length_m - apart)
+        source, destination = (scene.position[end] for end in ends)
+        apart = distance(source, destination, scene.ring_length_m)
         passed_on = Rows(*ends, apart, sequence[relayed.source])
         arrives = relayed.latency_ns >= 0
         arrived_ns = np.where(arrives, scene.sent_ns + relayed.latency_ns, -1)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from zenvoy.links.loss.four_state import FourState
+from zenvoy.links.loss.gilbert_elliott import GilbertElliott
+from zenvoy.links.loss.path_loss import PathLoss
 from zenvoy.scenarios.errors import (
     InvalidScenarioError,
     Place,
@@ -15,13 +18,10 @@ from zenvoy.scenarios.reading.recordings import Recording
 from zenvoy.scenarios.reading.trace_files import read_trace
 from zenvoy.scenarios.schema.channel import (
     Channel,
-    FourState,
-    GilbertElliott,
     Latency,
     Loss,
     Medium,
     Outage,
-    PathLoss,
     Rule,
     Scope,
     SenderOffset,

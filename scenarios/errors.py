@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from zenvoy.scenarios.wording import one_line
+from zenvoy.values.wording import one_line
 
 MOST_PROBLEMS: Final = 20
 

@@ -8,9 +8,9 @@ from functools import partial
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import BEACON, COMMAND, vehicle_name
+from zenvoy.keyed_random.draws import Purpose, uniforms
 from zenvoy.laws import Setpoint
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.links.distance import gaps
+
 Floats = NDArray[np.float64]
 
 # Vehicles that touch stay in touch through rounding.
@@ -21,14 +23,7 @@ class Road:
 
     def gaps(self, position: Floats) -> Floats:
         """p_(i,i-1) (n,), m. Positions are not wrapped; NaN for the first of the open road."""
-        gaps = np.empty_like(position)
-        gaps[1:] = position[:-1] - position[1:]
-        gaps[0] = (
-            np.nan
-            if self.ring_length_m is None
-            else position[-1] + self.ring_length_m - position[0]
-        )
-        return gaps
+        return gaps(position, self.ring_length_m)
 
     def separate(
         self, position: Floats, speed: Floats, length_m: float
@@ -37,13 +32,13 @@ class Road:
 
         Returns position, speed and the indices of the followers that were put back.
         """
-        gaps = self.gaps(position)
-        if not (gaps < length_m - _TOUCH_M).any():
+        gap = self.gaps(position)
+        if not (gap < length_m - _TOUCH_M).any():
             return position, speed, []
         position, speed = position.copy(), speed.copy()
         n = len(position)
         # From a vehicle with room ahead; a vehicle put back may push the next one, so go round.
-        start = 0 if self.ring_length_m is None else int(np.argmax(gaps))
+        start = 0 if self.ring_length_m is None else int(np.argmax(gap))
         moved: list[int] = []
         for step in range(1, 2 * n if self.ring_length_m is not None else n):
             i = (start + step) % n

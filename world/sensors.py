@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, normals, uniforms
+from zenvoy.keyed_random.draws import Purpose, normals, uniforms
 from zenvoy.scenarios import Sensors
 
 Floats = NDArray[np.float64]

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.metrics import gaps, largest_gaps, smallest_gaps
+from zenvoy.analysis.measures.metrics import largest_gaps, smallest_gaps
 from zenvoy.analysis.measures.motion import Band, over_windows
 from zenvoy.analysis.measures.safety import smallest, time_headway, time_to_collision
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.style import CYCLE, THEORY, figure_legend, legend, subplots
+from zenvoy.links.distance import gaps
 from zenvoy.scenarios import roster
 
 Floats = NDArray[np.float64]

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.metrics import gaps
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 from zenvoy.analysis.page.style import CYCLE, legend, subplots
+from zenvoy.links.distance import gaps
 from zenvoy.scenarios import Course, roster
 
 Floats = NDArray[np.float64]

@@ -24,7 +24,7 @@ from zenvoy.analysis.chapters.motion_pictures import (
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.emissions import consumption
 from zenvoy.analysis.measures.instants import PAPER_S, instants, of_paper
-from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.motion import (
     counted_flow,
     crossings,
@@ -37,6 +37,7 @@ from zenvoy.analysis.measures.safety import share_below, time_exposed, time_head
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.links.distance import gaps
 
 Row = tuple[Cell, ...]
 

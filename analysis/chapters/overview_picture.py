@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.instants import around_first
-from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
+from zenvoy.links.distance import gaps
 
 _LEAD_S: Final = 5.0  # the link is shown from so long before the first disturbance
 _SPAN_S: Final = 60.0

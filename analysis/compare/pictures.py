@@ -15,11 +15,12 @@ from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.distribution import Steps, steps
 from zenvoy.analysis.measures.instants import instants_s
-from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import Happening, happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.page.section import Picture
+from zenvoy.links.distance import gaps
 from zenvoy.scenarios import roster
 
 _LINES: Final = ("-", "--", ":", "-.")

@@ -18,10 +18,11 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.agreement import agreement
 from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.analysis.measures.instants import PAPER_S, row_at
-from zenvoy.analysis.measures.metrics import gaps, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import versions_of
+from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
 

@@ -22,16 +22,6 @@ class Fit(NamedTuple):
     spread: float
 
 
-def gaps(position: Floats, ring_length_m: float | None) -> Floats:
-    """p_(i,i-1) (T, n), m; NaN for the first vehicle of the open road."""
-    gap = np.empty_like(position)
-    gap[:, 1:] = position[:, :-1] - position[:, 1:]
-    gap[:, 0] = (
-        np.nan if ring_length_m is None else position[:, -1] + ring_length_m - position[:, 0]
-    )
-    return gap
-
-
 def smallest_gaps(gap: Floats) -> Floats:
     """The three smallest gaps at each time (T, 3), m; all of them where there are fewer."""
     gap = gap[:, ~np.isnan(gap).any(axis=0)]

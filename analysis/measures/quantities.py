@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.metrics import gaps
 from zenvoy.analysis.measures.spans import first_disturbance
+from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
 

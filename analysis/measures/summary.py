@@ -13,10 +13,11 @@ from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper
 from zenvoy.analysis.measures.links import arrived
-from zenvoy.analysis.measures.metrics import Fit, fit, gaps, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import Fit, fit, max_distance, min_distance
 from zenvoy.analysis.measures.punctuality import missed_decisions, punctuality, quantiles
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
 Summary = dict[str, Any]

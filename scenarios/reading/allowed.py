@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from zenvoy.scenarios.reading.tree import Path
 from zenvoy.scenarios.schema.scenario import Scenario
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.wording import trimmed
 
 JsonSchema = dict[str, Any]
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from zenvoy.scenarios.reading.grid import likely_header
 from zenvoy.scenarios.schema.units import SPEEDS, TIMES, Ratio, split_header
-from zenvoy.scenarios.wording import listed, shown
+from zenvoy.values.wording import listed, shown
 
 # Words of which the name of a column of times, or of speeds, may consist: one of these at least,
 # and any of those beside them.

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.allowed import JsonSchema, interval, noun, path_of, schema_at, types
 from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
-from zenvoy.scenarios.wording import dotted, one_line, shown, trimmed
+from zenvoy.values.wording import dotted, one_line, shown, trimmed
 
 _LONGEST_KEY: Final = 100  # to look for one like it takes time with its length
 

@@ -12,7 +12,7 @@ from zenvoy.scenarios.reading.allowed import schema_at
 from zenvoy.scenarios.reading.origin import Origin
 from zenvoy.scenarios.reading.source import parse
 from zenvoy.scenarios.reading.tree import Node, Unreadable
-from zenvoy.scenarios.wording import kind_of, one_line, shown
+from zenvoy.values.wording import kind_of, one_line, shown
 
 KEY: Final = "extends"
 _MOST: Final = 50

@@ -12,7 +12,7 @@ from zenvoy.scenarios.reading.tables import Allowance, Numbers, Table
 from zenvoy.scenarios.reading.technology_files import with_technology
 from zenvoy.scenarios.reading.trace_files import TraceFile
 from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
-from zenvoy.scenarios.wording import dotted
+from zenvoy.values.wording import dotted
 
 TRACE: Final = Table("points", TraceFile())
 LATENCY: Final = Table("samples_ms", Numbers("latency_ms"), required=False)

@@ -24,7 +24,7 @@ from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.explain import Refusal, explained
 from zenvoy.scenarios.reading.origin import Origin
 from zenvoy.scenarios.reading.tree import Node, Path, planted
-from zenvoy.scenarios.wording import dotted, shown
+from zenvoy.values.wording import dotted, shown
 
 _CONTROL: Path = ("control",)
 

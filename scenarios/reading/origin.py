@@ -19,7 +19,7 @@ from zenvoy.scenarios.reading.bounded import (
 )
 from zenvoy.scenarios.reading.explain import nearest
 from zenvoy.scenarios.reading.library import inside, packaged
-from zenvoy.scenarios.wording import shown
+from zenvoy.values.wording import shown
 
 _LONGEST_NAME: Final = 100  # to look for one like it takes time with its length
 _MOST_NEIGHBOURS: Final = 1_000

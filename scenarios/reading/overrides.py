@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from zenvoy.scenarios.errors import Place, Problem, ScenarioError
 from zenvoy.scenarios.reading.source import DEEPEST, parse
 from zenvoy.scenarios.reading.tree import Node, planted
-from zenvoy.scenarios.wording import dotted
+from zenvoy.values.wording import dotted
 
 
 def overridden(

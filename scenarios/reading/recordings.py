@@ -13,7 +13,7 @@ from typing import Final
 from zenvoy.scenarios.reading.columns import Choice, RecordingError, columns_of, no_header
 from zenvoy.scenarios.reading.grid import Grid, Row, grid_of
 from zenvoy.scenarios.schema.units import SPEEDS, TIMES, Ratio, split_header, unit_named
-from zenvoy.scenarios.wording import listed, shown
+from zenvoy.values.wording import listed, shown
 
 _NUMBER: Final = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _DATE: Final = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)

@@ -8,7 +8,7 @@ from ruamel.yaml.nodes import Node as YamlNode
 from ruamel.yaml.nodes import ScalarNode
 
 from zenvoy.scenarios.reading.tree import Scalar
-from zenvoy.scenarios.wording import shown
+from zenvoy.values.wording import shown
 
 _TAG = "tag:yaml.org,2002:"
 

@@ -17,7 +17,7 @@ from ruamel.yaml.reader import ReaderError
 from zenvoy.scenarios.errors import Place, Problem, UnreadableScenarioError
 from zenvoy.scenarios.reading import scalars
 from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
-from zenvoy.scenarios.wording import dotted, one_line
+from zenvoy.values.wording import dotted, one_line
 
 PlaceAt = Callable[[int | None], Place]
 

@@ -7,8 +7,8 @@ from typing import Final
 
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.tree import Node, planted
-from zenvoy.scenarios.schema.section import LARGEST
-from zenvoy.scenarios.wording import dotted, shown, trimmed
+from zenvoy.values.section import LARGEST
+from zenvoy.values.wording import dotted, shown, trimmed
 
 GAP: Final = ("bumper_gap_m", "gap_m")
 DESIRED_GAP: Final = ("desired_bumper_gap_m", "desired_gap_m")

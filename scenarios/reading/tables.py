@@ -19,7 +19,7 @@ from zenvoy.scenarios.errors import (
 from zenvoy.scenarios.reading.bounded import LARGEST_BYTES
 from zenvoy.scenarios.reading.origin import Origin, origin_of
 from zenvoy.scenarios.reading.tree import Node, Unreadable
-from zenvoy.scenarios.wording import shown
+from zenvoy.values.wording import shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 

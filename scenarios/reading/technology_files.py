@@ -17,7 +17,7 @@ from zenvoy.scenarios.reading.source import parse
 from zenvoy.scenarios.reading.tree import Node, planted
 from zenvoy.scenarios.reading.validate import validated
 from zenvoy.scenarios.schema.technology import Technology
-from zenvoy.scenarios.wording import dotted, shown
+from zenvoy.values.wording import dotted, shown
 
 _PATH: Final = ("channel", "technology")
 _KEY: Final = dotted(_PATH)

@@ -18,7 +18,7 @@ from zenvoy.scenarios.reading.recordings import Recording, recording
 from zenvoy.scenarios.reading.tree import Node, Scalar
 from zenvoy.scenarios.reading.validate import validated
 from zenvoy.scenarios.schema.trace_options import READERS
-from zenvoy.scenarios.wording import shown
+from zenvoy.values.wording import shown
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from zenvoy.scenarios.errors import InvalidScenarioError, Place, Problem
-from zenvoy.scenarios.wording import dotted, shown
+from zenvoy.values.wording import dotted, shown
 
 Path = tuple[str | int, ...]
 

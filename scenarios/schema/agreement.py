@@ -14,7 +14,7 @@ from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
 from zenvoy.scenarios.schema.control_laws import name_of, parameters_of
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.inputs import Parameters

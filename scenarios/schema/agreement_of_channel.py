@@ -6,25 +6,15 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from zenvoy.links.table import distributions, loss_models
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.technologies import technologies
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.channel import Channel, Latency, Loss, Scope
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# What a distribution of latency cannot do without, and what else it may use.
-_NEEDS: Final[dict[str, tuple[str, ...]]] = {
-    "technology": (),
-    "fixed": ("mean_ms",),
-    "uniform": ("min_ms", "max_ms"),
-    "normal": ("mean_ms", "std_ms"),
-    "gamma": ("mean_ms", "std_ms"),
-    "pareto": ("min_ms", "mean_ms"),
-    "samples": ("samples_ms",),
-}
-_MAY: Final = {"normal": ("min_ms", "max_ms"), "gamma": ("min_ms", "max_ms"), "pareto": ("max_ms",)}
 _PARAMETERS: Final = ("mean_ms", "std_ms", "min_ms", "max_ms", "samples_ms")
 
 
@@ -70,33 +60,23 @@ def _delay(channel: Channel) -> Iterator[Problem]:
 
 
 def _loss(loss: Loss, section: str) -> Iterator[Problem]:
-    """What leaves a state of the loss model cannot be more than certain; distances rise."""
-    states = loss.four_state
-    leaving = {"p14": (states.p14, "p13", states.p13), "p32": (states.p32, "p31", states.p31 or 0)}
-    for name, (value, other, beside) in leaving.items():
-        if value + beside > 1:
-            key = f"{section}.four_state.{other}"
-            text = f"{trimmed(value)} and {key} ({trimmed(beside)}) are more than 1 together"
-            yield Problem(key=f"{section}.four_state.{name}", text=text, related=(key,))
-    for index, ((before, _), (distance, _)) in enumerate(pairwise(loss.by_distance), start=1):
-        if distance <= before:
-            text = (
-                f"{trimmed(distance)} is not greater than the distance before ({trimmed(before)})"
-            )
-            yield Problem(key=f"{section}.by_distance.{index}.0", text=text)
+    """What each loss model finds impossible in its value."""
+    for key, model in loss_models().items():
+        for found in model.disagreements(getattr(loss, key), f"{section}.{key}"):
+            yield Problem(key=found.key, text=found.text, related=found.related)
 
 
 def _latency(latency: Latency, section: str) -> Iterator[Problem]:
     """Each distribution has its parameters, all that it needs and none that it ignores."""
     kind, chosen = latency.distribution, f"{section}.distribution"
-    needs = _NEEDS[kind]
+    needs, may = distributions()[kind].needs, distributions()[kind].may
     missing = [name for name in needs if getattr(latency, name) in (None, ())]
     for name in missing:
         text = f"missing; {chosen} is {kind}, which needs {' and '.join(needs)}"
         yield Problem(key=f"{section}.{name}", text=text, related=(chosen,))
     for name in _PARAMETERS:
         value = getattr(latency, name)
-        if value not in (None, ()) and name not in (*needs, *_MAY.get(kind, ())):
+        if value not in (None, ()) and name not in (*needs, *may):
             nothing = "[]" if name == "samples_ms" else "null"
             text = f"is given, but {chosen} is {kind}; allowed: {nothing}"
             yield Problem(key=f"{section}.{name}", text=text, related=(chosen,))
@@ -111,19 +91,19 @@ def _latency(latency: Latency, section: str) -> Iterator[Problem]:
 
 def _in_order(latency: Latency, section: str) -> Iterator[Problem]:
     """min_ms, mean_ms and max_ms rise, as far as they are given."""
-    spreads = latency.distribution in ("gamma", "pareto")  # from min_ms on, so the mean is above
+    distribution = distributions()[latency.distribution]
     given = {name: getattr(latency, name) for name in ("min_ms", "mean_ms", "max_ms")}
     known = [(name, value) for name, value in given.items() if value is not None]
     for (low_name, low), (high_name, high) in pairwise(known):
-        above = spreads and high_name == "mean_ms"
+        above = distribution.above_min and high_name == "mean_ms"
         if high < low or (above and high == low):
             relation = "not greater than" if above else "less than"
             low_key = f"{section}.{low_name}"
             text = f"{trimmed(high)} is {relation} {low_key} ({trimmed(low)})"
             yield Problem(key=f"{section}.{high_name}", text=text, related=(low_key,))
-    lowest = {"pareto": "min_ms", "gamma": "mean_ms"}.get(latency.distribution)
+    lowest = distribution.positive
     if lowest is not None and given[lowest] == 0:
-        text = f"0 is not greater than 0, which {latency.distribution} needs"
+        text = f"0 is not greater than 0, which {distribution.name} needs"
         yield Problem(key=f"{section}.{lowest}", text=text)
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.events import Sine, Trace
-from zenvoy.scenarios.schema.section import NS_PER_S
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.section import NS_PER_S
+from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario

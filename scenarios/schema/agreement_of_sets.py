@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.sets import at_most
-from zenvoy.scenarios.wording import shown
+from zenvoy.values.wording import shown
 
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from textwrap import fill
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, create_model
+from pydantic.json_schema import WithJsonSchema
 
+from zenvoy.links.table import distributions, loss_models
 from zenvoy.scenarios.schema.inputs import VehicleSet
-from zenvoy.scenarios.schema.section import LARGEST, Fraction, NonNegative, Positive, Section
 from zenvoy.scenarios.schema.technologies import (
     DEFAULT,
     default_technology,
@@ -15,82 +17,57 @@ from zenvoy.scenarios.schema.technologies import (
     technology_named,
 )
 from zenvoy.scenarios.schema.technology import BitRate, Label, Span, Technology
+from zenvoy.values.section import LARGEST, Fraction, NonNegative, Positive, Section
 
-Distribution = Literal["technology", "fixed", "uniform", "normal", "gamma", "pareto", "samples"]
 Messages = Annotated[int, Field(ge=1, le=10_000)]
-DistanceLoss = Annotated[tuple[NonNegative, Fraction], Field(strict=False)]
-Decibels = Annotated[float, Field(ge=-1000, le=1000)]
-Exponent = Annotated[float, Field(ge=0, le=10)]
 Along = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+_WIDTH: Final = 92  # of what the schema says of a section
 
 
-class GilbertElliott(Section):
-    """Loss in bursts, as Linux `tc netem … loss gemodel p [r [1-h [1-k]]]` has it, as fractions.
+def _loss_section() -> type[Section]:
+    """The section `loss`, with a key for each loss model."""
+    head = "What a receiver misses: a frame is lost if any of these says so, each link for itself."
+    models = loss_models().values()
+    said = fill(" ".join(model.meaning for model in models if model.meaning), _WIDTH)
+    keys: dict[str, Any] = {model.key: (model.value, model.default) for model in models}
+    return create_model(
+        "Loss", __base__=Section, __module__=__name__, __doc__=f"{head}\n\n{said}", **keys
+    )
 
-    p: from the good state to the bad one; r: back (null: 1 - p). A frame is lost with one_minus_h
-    in the bad state and with one_minus_k in the good one.
+
+if TYPE_CHECKING:
+
+    class Loss(Section):
+        """What a receiver misses; its keys are those of `zenvoy.links.table.loss_models`."""
+
+        def __init__(self, **values: Any) -> None: ...
+        def __getattr__(self, key: str) -> Any: ...
+else:
+    Loss = _loss_section()
+
+
+def _of_latency(schema: dict[str, Any]) -> None:
+    """Say what each distribution is, and allow `file`.
+
+    `zenvoy.scenarios.reading.files` puts the contents of `file` into samples_ms.
     """
-
-    p: Fraction = 0.0
-    r: Fraction | None = None
-    one_minus_h: Fraction = 1.0
-    one_minus_k: Fraction = 0.0
-
-
-class FourState(Section):
-    """Loss as `tc netem … loss state p13 [p31 [p32 [p23 [p14]]]]` has it, as fractions.
-
-    States: 1 received in a gap, 2 received in a burst, 3 lost in a burst, 4 lost in a gap. p31
-    null: 1 - p13.
-    """
-
-    p13: Fraction = 0.0
-    p31: Fraction | None = None
-    p32: Fraction = 0.0
-    p23: Fraction = 1.0
-    p14: Fraction = 0.0
-
-
-class PathLoss(Section):
-    """Loss from received power: two-slope path loss, shadowing, vehicles in the way, fading.
-
-    A frame is lost where the power is below sensitivity_dbm. reference_loss_db is that at 10 m;
-    from there exponent, beyond break_m exponent_beyond. shadowing_db: standard deviation, which
-    falls to 1/e of its correlation after decorrelation_m. blockage_db for each vehicle between.
-    fading_m: shape of Nakagami fading, anew for each frame (1: Rayleigh); null: none.
-    """
-
-    transmit_dbm: Decibels = 23.0
-    sensitivity_dbm: Decibels = -88.0
-    reference_loss_db: Decibels = 66.1
-    exponent: Exponent = 1.66
-    break_m: Annotated[float, Field(ge=10, le=LARGEST)] = 104.0
-    exponent_beyond: Exponent = 2.88
-    shadowing_db: Annotated[float, Field(ge=0, le=100)] = 3.95
-    decorrelation_m: Positive = 25.0
-    blockage_db: Annotated[float, Field(ge=0, le=1000)] = 9.0
-    fading_m: Annotated[float, Field(ge=0.5, le=1000)] | None = None
-
-
-class Loss(Section):
-    """What a receiver misses: a frame is lost if any of these says so, each link for itself.
-
-    path_loss null: power is no matter. by_distance: (distance_m, probability) in order of
-    distance, straight lines between them, and as at the nearest of them beyond. corrupt: the
-    probability that a frame arrives damaged; the receiver drops it.
-    """
-
-    p: Fraction = 0.0
-    path_loss: PathLoss | None = None
-    by_distance: Annotated[tuple[DistanceLoss, ...], Field(strict=False)] = ()  # a list is fine too
-    corrupt: Fraction = 0.0
-    gilbert_elliott: GilbertElliott = GilbertElliott()
-    four_state: FourState = FourState()
-
-
-def _file_instead_of_samples(schema: dict[str, Any]) -> None:
-    """Allow `file`, whose contents `zenvoy.scenarios.reading.files` puts into samples_ms."""
+    said = "; ".join(f"{one.name}: {one.meaning}" for one in distributions().values())
+    said = fill(f"{said}. Moments are those before it is cut off.", _WIDTH)
+    schema["description"] += f"\n\n{said}"
     schema["properties"] |= {"file": {"type": "string"}}
+
+
+def _known(name: str) -> str:
+    if name not in distributions():
+        raise ValueError
+    return name
+
+
+Distribution = Annotated[
+    str,
+    AfterValidator(_known),
+    WithJsonSchema({"type": "string", "enum": list(distributions())}),
+]
 
 
 class SenderOffset(Section):
@@ -107,15 +84,9 @@ class SenderOffset(Section):
 
 
 class Latency(Section):
-    """From sender to receiver, beside the frame's time on the air, each frame for itself.
+    """From sender to receiver, beside the frame's time on the air, each frame for itself."""
 
-    technology: as in Table I; fixed: mean_ms; uniform: min_ms to max_ms; normal: mean_ms and
-    std_ms, cut off at min_ms (null: 0) and max_ms; gamma: min_ms (null: 0) and a gamma
-    distribution above it with that mean and standard deviation; pareto: scale min_ms, mean_ms;
-    samples: any of samples_ms. Moments are those before it is cut off.
-    """
-
-    model_config = ConfigDict(json_schema_extra=_file_instead_of_samples)
+    model_config = ConfigDict(json_schema_extra=_of_latency)
 
     distribution: Distribution = "technology"
     mean_ms: NonNegative | None = None

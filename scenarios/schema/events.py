@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Discriminator, Field, Tag
 
-from zenvoy.scenarios.schema.section import NS_PER_S, NonNegative, Positive, Section
 from zenvoy.scenarios.schema.trace_options import trace_file_schema
+from zenvoy.values.section import NS_PER_S, NonNegative, Positive, Section
 
 Vehicle = Annotated[int, Field(ge=1)]
 Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_s, speed_mps

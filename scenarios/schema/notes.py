@@ -11,8 +11,8 @@ from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
 from zenvoy.scenarios.schema.notes_of_events import notes_of_events
 from zenvoy.scenarios.schema.roster import group_members, roster
-from zenvoy.scenarios.schema.section import NS_PER_S
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.section import NS_PER_S
+from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario

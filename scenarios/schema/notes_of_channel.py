@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from zenvoy.links.table import distributions
 from zenvoy.scenarios.errors import Problem
-from zenvoy.scenarios.schema.section import NS_PER_S
 from zenvoy.scenarios.schema.sets import members
 from zenvoy.scenarios.schema.waits import frame_ms, own_wait_ms
-from zenvoy.scenarios.wording import trimmed
+from zenvoy.values.section import NS_PER_S
+from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.channel import Latency, Outage, Rule, Scope
+    from zenvoy.scenarios.schema.channel import Outage, Rule, Scope
     from zenvoy.scenarios.schema.scenario import Scenario
 
 # Of wall time: with less, most of the frames of a fleet in real time miss their decision.
@@ -46,7 +47,9 @@ def _range(scenario: Scenario) -> Iterator[Problem]:
 def _wait(scenario: Scenario) -> Iterator[Problem]:
     """Frames arrive in time for the decision of their cycle; in real time with some slack."""
     wait_ms = scenario.v2v_wait_ns * 1e-6
-    least_ms = _least_ms(scenario.channel.latency, scenario) + frame_ms(scenario.channel)
+    latency, delay_ms = scenario.channel.latency, scenario.channel.radio.delay_ms
+    least_ms = distributions()[latency.distribution].least_ms(latency, delay_ms)
+    least_ms += frame_ms(scenario.channel)
     deadline_ms = wait_ms or scenario.period_ns * 1e-6
     key = "control.v2v_wait_ms" if wait_ms else "channel.latency"
     related = (
@@ -80,18 +83,6 @@ def _ages(scenario: Scenario, late_ms: float) -> Iterator[Problem]:
         text += f"({trimmed(round(oldest_ms, 3))} ms): vehicles fall back again and again"
         related = ("beacons.every", "channel.latency", "period_ms")
         yield Problem(key="control.beacon_age_limit_ms", text=text, related=related)
-
-
-def _least_ms(latency: Latency, scenario: Scenario) -> float:
-    """The least latency without the time on the air, ms."""
-    match latency.distribution:
-        case "technology":
-            return scenario.channel.radio.delay_ms[0]
-        case "fixed":
-            return latency.mean_ms or 0.0
-        case "samples":
-            return min(latency.samples_ms)
-    return latency.min_ms or 0.0
 
 
 def _scope(

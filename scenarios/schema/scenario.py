@@ -23,7 +23,8 @@ from zenvoy.scenarios.schema.inputs import (
     VehicleSet,
     Weights,
 )
-from zenvoy.scenarios.schema.section import (
+from zenvoy.scenarios.schema.waits import own_wait_ms
+from zenvoy.values.section import (
     LARGEST,
     NS_PER_MS,
     NS_PER_S,
@@ -33,7 +34,6 @@ from zenvoy.scenarios.schema.section import (
     Positive,
     Section,
 )
-from zenvoy.scenarios.schema.waits import own_wait_ms
 
 
 def _bumper_schema() -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
 
-from zenvoy.scenarios.schema.section import LARGEST, Positive, Section
+from zenvoy.values.section import LARGEST, Positive, Section
 
 
 def _span(value: object) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from zenvoy.scenarios.schema.units import SPEEDS, TIMES, unit_named
-from zenvoy.scenarios.wording import shown, trimmed
+from zenvoy.values.wording import shown, trimmed
 
 TIME_WORDS: Final = ("as-given", "from-first")
 

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.analysis.measures.metrics import fit, gaps, max_distance, min_distance, telling
+from zenvoy.analysis.measures.metrics import fit, max_distance, min_distance, telling
+from zenvoy.links.distance import gaps
 
 POSITION = np.array([[100.0, 90.0, 60.0, 40.0, 10.0], [105.0, 90.0, 70.0, 50.0, 40.0]])
 

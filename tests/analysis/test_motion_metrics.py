@@ -11,13 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
-from zenvoy.analysis.measures.metrics import (
-    gaps,
-    largest_gaps,
-    max_distance,
-    min_distance,
-    smallest_gaps,
-)
+from zenvoy.analysis.measures.metrics import largest_gaps, max_distance, min_distance, smallest_gaps
 from zenvoy.analysis.measures.motion import (
     counted_flow,
     crossings,
@@ -39,6 +33,7 @@ from zenvoy.analysis.measures.safety import (
 )
 from zenvoy.analysis.measures.spans import Disturbance, Span, distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.conditions import Conditions, Impairments
 from zenvoy.channel.in_order import InOrder
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import (
     Channel,
     Control,

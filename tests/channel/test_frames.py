@@ -15,7 +15,7 @@ from zenvoy.channel.conditions import Conditions
 from zenvoy.channel.frames import OnAir, Outcomes, outcomes_of
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, technologies
 
 Floats = NDArray[np.float64]

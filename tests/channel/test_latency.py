@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
-from zenvoy.bus.keyed_random.draws import Purpose, uniforms
-from zenvoy.channel.latency import LatencyModel, delays
-from zenvoy.channel.rows import Rows
+from zenvoy.channel.latency import Latencies
 from zenvoy.channel.sender_offset import SenderOffsets
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.links.distribution import Delays
+from zenvoy.links.rows import Rows
+from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, ScenarioError, SenderOffset, load
 
 Ints = NDArray[np.int64]
@@ -52,9 +54,13 @@ SHAPES: Final[list[tuple[Latency, Any]]] = [
 CUT: Final = Latency(distribution="gamma", mean_ms=30.0, std_ms=10.0, min_ms=10.0, max_ms=35.0)
 
 
+def delays(latency: Latency) -> Delays:
+    return distributions()[latency.distribution].quantile(latency, TABLE_MS)
+
+
 def latencies_ms(latency: Latency, seed: int = 1) -> NDArray[np.float64]:
     _, share = uniforms(seed, Purpose.LOSS_AND_LATENCY, 1, 2, np.arange(DRAWS))
-    return delays(latency, TABLE_MS)(share) / NS_PER_MS
+    return delays(latency)(share) / NS_PER_MS
 
 
 def agrees(draws_ms: NDArray[np.float64], cdf: Callable[[Any], Any]) -> bool:
@@ -89,10 +95,16 @@ def test_gamma_is_scipys_quantile_at_every_draw(shape: float) -> None:
         distribution="gamma", mean_ms=shape * scale_ms, std_ms=math.sqrt(shape) * scale_ms
     )
     draws = np.linspace(0.0, 1.0, 100_001)[:-1]
-    found_ms = delays(latency, TABLE_MS)(draws) / NS_PER_MS
+    found_ms = delays(latency)(draws) / NS_PER_MS
     off_ms = np.abs(found_ms - stats.gamma(shape, scale=scale_ms).ppf(draws))
     assert off_ms.max() < 1e-4 * math.sqrt(shape) * scale_ms
     assert off_ms[(draws < 0.0099) | (draws > 0.9901)].max() < 1e-5
+
+
+def test_a_technology_may_have_no_delay() -> None:
+    latencies = Latencies(Latency(), (0.0, 0.0), seed=1, size=2)
+    assert latencies.least_ns == 0
+    assert not latencies.draws
 
 
 def test_fixed() -> None:
@@ -112,13 +124,13 @@ def test_samples_are_drawn_as_often_as_they_are_given() -> None:
 )
 def test_a_later_draw_is_a_later_frame(latency: Latency, parts: list[int]) -> None:
     draws = np.array(sorted(parts)) / 2**53
-    found = delays(latency, TABLE_MS)(draws)
+    found = delays(latency)(draws)
     assert (np.diff(found) >= 0).all()
     assert found.min() >= round((latency.min_ms or 0.0) * NS_PER_MS)
     if latency.max_ms is not None:
         assert found.max() <= round(latency.max_ms * NS_PER_MS)
-    least_ns = LatencyModel(latency, TABLE_MS, seed=1, size=2).least_ns
-    assert delays(latency, TABLE_MS)(np.zeros(1)) == least_ns <= found.min()
+    least_ns = Latencies(latency, TABLE_MS, seed=1, size=2).least_ns
+    assert delays(latency)(np.zeros(1)) == least_ns <= found.min()
 
 
 # Offsets that senders hold.
@@ -208,7 +220,7 @@ def test_offsets_do_not_depend_on_who_was_asked_when(steps: list[int]) -> None:
 def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
     offset = SenderOffset(max_ms=100.0)
     plain, shifted = (
-        LatencyModel(Latency(sender_offset=offsets), TABLE_MS, 1, SENDERS)
+        Latencies(Latency(sender_offset=offsets), TABLE_MS, 1, SENDERS)
         for offsets in (SenderOffset(), offset)
     )
     share = np.linspace(0.0, 0.999, SENDERS)

@@ -20,7 +20,7 @@ from zenvoy.channel.access import busy_ratio, collided
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import SLOT_NS, Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.rehearsal import rehearse
-from zenvoy.channel.rows import Rows
+from zenvoy.links.rows import Rows
 from zenvoy.scenarios import Channel, Fleet, Medium, Road, Scenario, ScenarioError, load
 
 Ints = NDArray[np.int64]

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from zenvoy.analysis import read_fleet, summarize
-from zenvoy.analysis.measures.metrics import gaps, min_distance
+from zenvoy.analysis.measures.metrics import min_distance
+from zenvoy.links.distance import gaps
 
 RING_M = 1_500.0
 

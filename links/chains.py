@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.channel.link_table import LinkTable
+from zenvoy.links.link_table import LinkTable
+from zenvoy.links.rows import Rows, Scene
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -39,3 +40,7 @@ class Chains:
             at[behind] += 1
         states[rows], numbers[rows] = state, at
         return lost
+
+    def judge(self, rows: Rows, _scene: Scene) -> Bools:
+        """Return which of the frames are lost, (r,), as a loss model does."""
+        return self.lost(rows.source, rows.destination, rows.sequence)

@@ -7,13 +7,14 @@ object per key; here each frame and each reading has a key of its own, thousands
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from zenvoy.bus.keyed_random.quantile import normal_quantile
+from zenvoy.keyed_random.quantile import normal_quantile
 
 Words = NDArray[np.uint64]
 Floats = NDArray[np.float64]
@@ -26,26 +27,27 @@ _ROUNDS: Final = 10
 
 
 class Purpose(IntEnum):
-    """What a draw is for; draws for different purposes are independent."""
+    """What a draw is for; draws for different purposes are independent.
+
+    Records of loss models have purposes of their own: `zenvoy.links.table` sees to it that these
+    are others.
+    """
 
     LOSS_AND_LATENCY = 1
     GAP_READING = 2
     SPEED_READING = 3
     TARGET_SPEED_READING = 4
     POSITION_READING = 5
-    GILBERT_ELLIOTT = 20
-    FOUR_STATE = 21
     SENDER_OFFSET = 22
     SENDER_KEEPS = 23
     CORRUPTION = 24
     DUPLICATION = 25
-    SHADOWING = 26
     PHASE = 27
     BACKOFF = 28
     LAW = 29
 
 
-def numbered(purpose: Purpose, number: int) -> int:
+def numbered(purpose: int, number: int) -> int:
     """One of many purposes of a kind, for instance of a channel's rules; 0: the kind itself."""
     return int(purpose) + 256 * number
 
@@ -76,6 +78,22 @@ def uniforms(
 def normals(seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
     """Standard normal draws, the quantile of the first uniform one."""
     return normal_quantile(uniforms(seed, purpose, who, whom, number)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """Draws from one seed for one purpose."""
+
+    seed: int
+    purpose: int
+
+    def uniforms(self, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> tuple[Floats, Floats]:
+        """Return two independent draws in [0, 1), of the broadcast shape of the arguments."""
+        return uniforms(self.seed, self.purpose, who, whom, number)
+
+    def normals(self, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
+        """Return standard normal draws, of the broadcast shape of the arguments."""
+        return normals(self.seed, self.purpose, who, whom, number)
 
 
 def _fraction(high: Words, low: Words) -> Floats:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, normals, numbered
-from zenvoy.channel.rows import Rows, Scene
+from zenvoy.keyed_random.draws import Draws
+from zenvoy.links.rows import Rows, Scene
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -23,12 +23,9 @@ class Shadowing:
     the way gone, and so on the run.
     """
 
-    def __init__(
-        self, std_db: float, decorrelation_m: float, seed: int, size: int, number: int = 0
-    ) -> None:
+    def __init__(self, std_db: float, decorrelation_m: float, draws: Draws, size: int) -> None:
         self._std_db, self._decorrelation_m = std_db, decorrelation_m
-        self._seed, self._size = seed, size
-        self._purpose = numbered(Purpose.SHADOWING, number)
+        self._draws, self._size = draws, size
         # A row per pair, in rising order of its code: value, and positions of both at that time.
         self._code = np.zeros(0, dtype=np.int64)
         self._value, self._low_at, self._high_at = (np.zeros(0) for _ in range(3))
@@ -47,7 +44,7 @@ class Shadowing:
     def _moved(self, code: Ints, low: Ints, high: Ints, scene: Scene) -> Floats:
         """Values of the pairs now, of unit variance; and keep them."""
         place = scene.position
-        fresh = normals(self._seed, self._purpose, low + 1, high + 1, scene.cycle)
+        fresh = self._draws.normals(low + 1, high + 1, scene.cycle)
         at = np.searchsorted(self._code, code)
         known = at < len(self._code)
         known[known] = self._code[at[known]] == code[known]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from zenvoy.bus.keyed_random.draws import Purpose, normals, philox, uniforms
+from zenvoy.keyed_random.draws import Purpose, normals, philox, uniforms
 
 Floats = NDArray[np.float64]
 

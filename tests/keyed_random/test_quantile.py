@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
-from zenvoy.bus.keyed_random.quantile import natural_log, normal_quantile
+from zenvoy.keyed_random.quantile import natural_log, normal_quantile
 
 BINS = 2**53
 

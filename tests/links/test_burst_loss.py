@@ -6,13 +6,12 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from zenvoy.channel.burst_loss import BurstLoss, four_state, gilbert_elliott
-from zenvoy.channel.chains import Chains, Step
-from zenvoy.scenarios import FourState, GilbertElliott, Loss, ScenarioError, load
+from zenvoy.keyed_random.draws import Draws
+from zenvoy.links.chains import Chains, Step
+from zenvoy.links.loss import four_state, gilbert_elliott
+from zenvoy.scenarios import FourState, GilbertElliott, ScenarioError, load
 
 LINKS: Final = 1_000
 FRAMES: Final = 1_000  # of each link: a million in all
@@ -30,6 +29,14 @@ STATES: Final = (
     FourState(p13=0.1),  # p31 = 1 - p13
     FourState(p14=0.1),
 )
+
+
+def gilbert(model: GilbertElliott, seed: int) -> Step:
+    return gilbert_elliott.step_of(model, Draws(seed, gilbert_elliott.LOSS.number))
+
+
+def four_states(model: FourState, seed: int) -> Step:
+    return four_state.step_of(model, Draws(seed, four_state.LOSS.number))
 
 
 def losses(step: Step, links: int = LINKS, frames: int = FRAMES) -> NDArray[np.bool_]:
@@ -66,13 +73,13 @@ def test_gilbert_elliott_loses_its_stationary_share(model: GilbertElliott) -> No
     r = 1 - model.p if model.r is None else model.r
     bad = model.p / (model.p + r)
     share = bad * model.one_minus_h + (1 - bad) * model.one_minus_k
-    assert agrees(losses(gilbert_elliott(model, 1)).mean(axis=0), share)
+    assert agrees(losses(gilbert(model, 1)).mean(axis=0), share)
 
 
 @pytest.mark.parametrize("model", GILBERT[:2], ids=str)
 def test_bursts_of_gilbert_are_geometric(model: GilbertElliott) -> None:
     r = 1 - model.p if model.r is None else model.r
-    lengths = burst_lengths(losses(gilbert_elliott(model, 2)))
+    lengths = burst_lengths(losses(gilbert(model, 2)))
     assert agrees(lengths, 1 / r)
     for length in (1, 2, 3):  # the whole distribution, not the mean alone
         assert agrees(lengths == length, r * (1 - r) ** (length - 1))
@@ -80,7 +87,7 @@ def test_bursts_of_gilbert_are_geometric(model: GilbertElliott) -> None:
 
 def test_losses_of_gilbert_are_correlated_as_its_eigenvalue_says() -> None:
     model = GilbertElliott(p=0.05, r=0.25)
-    lost = losses(gilbert_elliott(model, 3)).astype(float)
+    lost = losses(gilbert(model, 3)).astype(float)
     share = 0.05 / 0.30
     for lag in (1, 2, 5):
         product = ((lost[lag:] - share) * (lost[:-lag] - share)).mean(axis=0)
@@ -92,7 +99,7 @@ def test_four_states_lose_their_stationary_share_in_bursts_of_their_length(
     model: FourState,
 ) -> None:
     p31 = 1 - model.p13 if model.p31 is None else model.p31
-    lost = losses(four_state(model, 1))
+    lost = losses(four_states(model, 1))
     # Balance of the flows between states, in units of the share of state 1.
     in_burst = model.p13 / p31
     received_in_burst = in_burst * model.p32 / model.p23
@@ -103,14 +110,14 @@ def test_four_states_lose_their_stationary_share_in_bursts_of_their_length(
 
 
 def test_two_of_the_four_states_are_gilberts() -> None:
-    lost = losses(four_state(FourState(p13=0.05, p31=0.25), 4))
+    lost = losses(four_states(FourState(p13=0.05, p31=0.25), 4))
     assert agrees(lost.mean(axis=0), 0.05 / 0.30)
     assert agrees(burst_lengths(lost), 1 / 0.25)
 
 
 def test_steps_are_in_the_order_of_netem() -> None:
     """Gilbert-Elliott loses by the state it leaves, the 4-state model by the one it reaches."""
-    always = gilbert_elliott(GilbertElliott(p=1.0, r=1.0), 1)
+    always = gilbert(GilbertElliott(p=1.0, r=1.0), 1)
     chains = Chains(2, always)
     one, other = np.array([0]), np.array([1])
     assert [bool(chains.lost(one, other, np.array([k]))[0]) for k in range(4)] == [
@@ -119,7 +126,7 @@ def test_steps_are_in_the_order_of_netem() -> None:
         False,
         True,
     ]
-    chains = Chains(2, four_state(FourState(p13=1.0, p31=1.0), 1))
+    chains = Chains(2, four_states(FourState(p13=1.0, p31=1.0), 1))
     assert [bool(chains.lost(one, other, np.array([k]))[0]) for k in range(4)] == [
         True,
         False,
@@ -129,53 +136,11 @@ def test_steps_are_in_the_order_of_netem() -> None:
 
 
 def test_links_are_independent() -> None:
-    lost = losses(gilbert_elliott(GilbertElliott(p=0.3, r=0.7), 5), links=20, frames=5_000)
+    lost = losses(gilbert(GilbertElliott(p=0.3, r=0.7), 5), links=20, frames=5_000)
     # p + r = 1: frames are independent in time too, so a correlation has deviation 1 / sqrt(n).
     between = np.asarray(np.corrcoef(lost.T))[np.triu_indices(20, 1)]
     assert np.abs(between).max() < 4.5 / np.sqrt(5_000)  # of 190 pairs, with confidence 99.9 %
     assert abs(between.mean()) < Z_99 / np.sqrt(5_000 * len(between))
-
-
-BOTH: Final = Loss(
-    gilbert_elliott=GilbertElliott(p=0.2, r=0.4, one_minus_h=0.9),
-    four_state=FourState(p13=0.1, p31=0.3, p14=0.05),
-)
-
-
-@given(seed=st.integers(0, 2**63 - 1), heard=st.lists(st.booleans(), min_size=30, max_size=30))
-def test_loss_depends_on_link_and_frame_alone(seed: int, heard: list[bool]) -> None:
-    """Being out of range for a while, or what other links there are, changes nothing."""
-    everyone, alone = BurstLoss(BOTH, seed, 4), BurstLoss(BOTH, seed, 4)
-    source, destination = np.array([0, 1, 2, 2]), np.array([1, 2, 1, 3])
-    for sequence, hears in enumerate(heard):
-        all_of_them = everyone.lost(source, destination, np.full(4, sequence))
-        assert all_of_them is not None
-        if hears:
-            one = alone.lost(source[2:3], destination[2:3], np.array([sequence]))
-            assert one is not None
-            assert one[0] == all_of_them[2]
-
-
-def test_nothing_to_lose() -> None:
-    index = np.array([0]), np.array([1]), np.array([0])
-    assert BurstLoss(Loss(p=0.5), 1, 2).lost(*index) is None
-
-
-def test_a_frame_is_lost_if_any_model_says_so() -> None:
-    index = np.arange(1, 500), np.zeros(499, dtype=np.int64), np.full(499, 7)
-    one, other, together = (
-        BurstLoss(loss, 1, 500).lost(*index)
-        for loss in (
-            Loss(gilbert_elliott=BOTH.gilbert_elliott),
-            Loss(four_state=BOTH.four_state),
-            BOTH,
-        )
-    )
-    assert one is not None
-    assert other is not None
-    assert together is not None
-    np.testing.assert_array_equal(together, one | other)
-    assert 0 < together.sum() < 499
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""The distributions of latency, one module each: every module here has a record `LATENCY`."""

@@ -1,0 +1,114 @@
+"""Loss of frames from received power: two slopes, shadowing, vehicles in the way, fading.
+
+`scipy.special` loads when it is first used: it takes longer than all else that a scenario needs.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+from pydantic import Field
+
+from zenvoy.keyed_random.draws import Draws
+from zenvoy.links.distance import forward
+from zenvoy.links.loss_model import Effect, Judge, LossModel
+from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.shadowing import Shadowing
+from zenvoy.values.section import LARGEST, Positive, Section
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+Decibels = Annotated[float, Field(ge=-1000, le=1000)]
+Exponent = Annotated[float, Field(ge=0, le=10)]
+
+REFERENCE_M: Final = 10.0
+"""Distance of the reference loss; nothing is taken to be nearer."""
+
+
+class PathLoss(Section):
+    """Loss from received power: two-slope path loss, shadowing, vehicles in the way, fading.
+
+    A frame is lost where the power is below sensitivity_dbm. reference_loss_db is that at 10 m;
+    from there exponent, beyond break_m exponent_beyond. shadowing_db: standard deviation, which
+    falls to 1/e of its correlation after decorrelation_m. blockage_db for each vehicle between.
+    fading_m: shape of Nakagami fading, anew for each frame (1: Rayleigh); null: none.
+    """
+
+    transmit_dbm: Decibels = 23.0
+    sensitivity_dbm: Decibels = -88.0
+    reference_loss_db: Decibels = 66.1
+    exponent: Exponent = 1.66
+    break_m: Annotated[float, Field(ge=10, le=LARGEST)] = 104.0
+    exponent_beyond: Exponent = 2.88
+    shadowing_db: Annotated[float, Field(ge=0, le=100)] = 3.95
+    decorrelation_m: Positive = 25.0
+    blockage_db: Annotated[float, Field(ge=0, le=1000)] = 9.0
+    fading_m: Annotated[float, Field(ge=0.5, le=1000)] | None = None
+
+
+def start(model: PathLoss, draws: Draws, size: int) -> Judge:
+    """Return the probability that a frame is lost, (r,)."""
+    shadowing = Shadowing(model.shadowing_db, model.decorrelation_m, draws, size)
+
+    def probability(rows: Rows, scene: Scene) -> Floats:
+        margin_db = (
+            model.transmit_dbm
+            - path_loss_db(rows.distance, model)
+            - model.blockage_db * between(rows, scene)
+            + shadowing.of(rows, scene)
+            - model.sensitivity_dbm
+        )
+        return outage(margin_db, model.fading_m)
+
+    return probability
+
+
+def path_loss_db(distance: Floats, model: PathLoss) -> Floats:
+    """Two slopes over the logarithm of distance, m (as in Abbas et al. 2015, Eq. 5)."""
+    d = np.maximum(distance, REFERENCE_M)
+    near = model.exponent * np.log10(np.minimum(d, model.break_m) / REFERENCE_M)
+    far = model.exponent_beyond * np.log10(np.maximum(d, model.break_m) / model.break_m)
+    return np.asarray(model.reference_loss_db + 10.0 * (near + far))
+
+
+def outage(margin_db: Floats, fading_m: float | None) -> Floats:
+    """Probability that the power falls below what the receiver needs, its mean `margin_db` above.
+
+    Without fading it is 0 or 1. Under Nakagami fading of shape m the power is gamma distributed
+    with shape m about its mean.
+    """
+    if fading_m is None:
+        return (margin_db < 0.0).astype(np.float64)
+    return np.asarray(scipy.special.gammainc(fading_m, fading_m * 10.0 ** (-0.1 * margin_db)))
+
+
+def between(rows: Rows, scene: Scene) -> Ints:
+    """How many vehicles stand between sender and receiver, (r,); on the ring on the shorter way."""
+    n = len(scene.position)
+    place = scene.position
+    if scene.ring_length_m is not None:
+        place = np.mod(place, scene.ring_length_m)
+    rank = np.empty(n, dtype=np.int64)
+    rank[np.argsort(place, kind="stable")] = np.arange(n)
+    ahead = rank[rows.source] - rank[rows.destination]
+    if scene.ring_length_m is None:
+        return np.asarray(np.abs(ahead) - 1)
+    forward_m = forward(place[rows.source], place[rows.destination], scene.ring_length_m)
+    way = np.where(forward_m <= scene.ring_length_m - forward_m, ahead, -ahead)
+    return np.asarray(np.mod(way, n) - 1)
+
+
+LOSS = LossModel(
+    key="path_loss",
+    value=PathLoss | None,
+    default=None,
+    effect=Effect.LOSS_CHANCE,
+    start=start,
+    meaning="path_loss null: power is no matter.",
+    place=2,
+    purpose=26,
+)

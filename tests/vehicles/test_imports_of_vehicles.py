@@ -1,0 +1,42 @@
+"""What a vehicle's process imports: nothing that only reports or the channel need."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Final
+
+HEAVY: Final = ("matplotlib", "pandas", "pyarrow", "jinja2")
+
+WITH_STUB: Final = """
+import sys, types
+class Filter: pass
+stub = types.ModuleType("filterpy.kalman")
+stub.KalmanFilter = stub.ExtendedKalmanFilter = stub.UnscentedKalmanFilter = Filter
+stub.MerweScaledSigmaPoints = Filter
+sys.modules |= {"filterpy": types.ModuleType("filterpy"), "filterpy.kalman": stub}
+"""
+
+
+def imported(code: str) -> set[str]:
+    ran = subprocess.run(
+        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules, sep='\\n')"],
+        capture_output=True, text=True, check=True, timeout=120,
+    )  # fmt: skip
+    return {name.partition(".")[0] for name in ran.stdout.split()}
+
+
+def test_a_fleet_draws_no_picture() -> None:
+    assert imported("import zenvoy.fleet.run, zenvoy.vehicles.process").isdisjoint(HEAVY)
+
+
+def test_only_filterpy_brings_scipys_functions() -> None:
+    """filterpy imports them; the vehicle's own code does not."""
+    code = f"{WITH_STUB}\nimport zenvoy.vehicles.process"
+    found = imported(f"{code}\nassert 'scipy.special' not in sys.modules")
+    assert "zenvoy" in found
+    assert found.isdisjoint(HEAVY)
+
+
+def test_scenarios_and_the_channel_wait_with_scipys_functions() -> None:
+    imported("import sys, zenvoy.channel.process; assert 'scipy.special' not in sys.modules")
