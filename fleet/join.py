@@ -20,7 +20,8 @@ from zenvoy.fleet.guests import read_meeting
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.requests import requests_to_end
 from zenvoy.laws import builtin
-from zenvoy.laws.by_name import UnknownLawError, resolve
+from zenvoy.laws.by_name import resolve
+from zenvoy.laws.errors import UnknownLawError
 from zenvoy.scenarios import Scenario, modes
 from zenvoy.vehicles.knowledge import prepare
 from zenvoy.vehicles.process import run_vehicle

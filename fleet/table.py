@@ -20,6 +20,7 @@ from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.sockets import make_private
 from zenvoy.fleet.spawn import Program
 from zenvoy.laws import builtin
+from zenvoy.laws.by_name import ESTIMATORS
 from zenvoy.scenarios import Scenario, modes
 from zenvoy.vehicles.process import run_host, run_vehicle
 from zenvoy.world.process import run_world
@@ -28,8 +29,8 @@ from zenvoy.world.recorder import Labels
 # A stall shows everywhere at once. Who waits for a vehicle's beacon knows more than who waits for
 # all the commands, so the channel is given the chance to speak first.
 _WORLD_PATIENCE: Final = 1.25
-# A law of the scenario's own that hangs for the stall limit is to be named, and not its vehicle.
-_LAW_PATIENCE: Final = 1.2
+# Code of the scenario's own that hangs for the stall limit is to be named, and not its vehicle.
+_CODE_PATIENCE: Final = 1.2
 
 
 def process_table(
@@ -54,8 +55,10 @@ def process_table(
     guests = tuple(vehicle_name(vehicle, size) for vehicle in sorted(without))
     awaited = (*(host.name for host in placed), *(() if live else guests))
     absent = without if live else frozenset[int]()
-    has_own_laws = any(model not in builtin() for model in modes(scenario))
-    patience = _LAW_PATIENCE if has_own_laws else 1.0
+    has_own_code = scenario.estimator.kind not in ESTIMATORS.taken() or any(
+        model not in builtin() for model in modes(scenario)
+    )
+    patience = _CODE_PATIENCE if has_own_code else 1.0
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,

@@ -1,11 +1,19 @@
-"""What can go wrong with a law while it runs."""
+"""What can go wrong with a law: while it is looked for, and while it runs."""
 
 from __future__ import annotations
 
 import inspect
+import signal
+import threading
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
+
+
+class UnknownLawError(Exception):
+    """A reference that leads to no law; the text says why."""
 
 
 class LawError(Exception):
@@ -17,13 +25,14 @@ class LawError(Exception):
     process: str = ""
 
 
-def raised(name: str, code: object, error: Exception) -> LawError:
+def raised(name: str, code: object, error: BaseException) -> LawError:
     """Return what to say of an error that came out of a law: its kind, and the law's own line.
 
     `name` says what the code is, such as "law IDM"; `code` is its function or class.
     """
-    said = f"{type(error).__name__}: {error}".rstrip(": ")
-    return LawError(f"{name} raised {said}{_deepest(error.__traceback__, _file(code))}")
+    file, line = deepest(error.__traceback__, {_file(code)})
+    place = f" ({Path(file).name}, line {line})" if line else ""
+    return LawError(f"{name} raised {described(error)}{place}")
 
 
 def useless(name: str, code: object, what: str) -> LawError:
@@ -33,18 +42,60 @@ def useless(name: str, code: object, what: str) -> LawError:
     return LawError(f"{name} {what}{place}")
 
 
+def described(error: BaseException) -> str:
+    """Return the kind of an error and its text, without the place that a SyntaxError adds."""
+    return f"{type(error).__name__}: {getattr(error, 'msg', None) or error}".rstrip(": ")
+
+
+def deepest(trace: TracebackType | None, files: Collection[str]) -> tuple[str, int]:
+    """Return the innermost place in one of the files, and not in a library that they call.
+
+    It is ("", 0) where the traceback does not come through any of them.
+    """
+    found = ("", 0)
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename in files:
+            found = (trace.tb_frame.f_code.co_filename, trace.tb_lineno)
+        trace = trace.tb_next
+    return found
+
+
+@contextmanager
+def errors_of_the_code(wrapped: Callable[[BaseException], Exception]) -> Iterator[None]:
+    """Raise `wrapped` of whatever the code of a user raises, `sys.exit` and its like included.
+
+    A KeyboardInterrupt that comes from a signal is not of the code, and passes.
+    """
+    asked = False
+
+    def noting(handler: Callable[[int, FrameType | None], Any]) -> Any:
+        def note(number: int, frame: FrameType | None) -> Any:
+            nonlocal asked
+            asked = True
+            return handler(number, frame)
+
+        return note
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            handler = signal.getsignal(number)
+            if callable(handler):  # it may raise out of the code
+                before[number] = handler
+                signal.signal(number, noting(handler))
+    try:
+        yield
+    except BaseException as error:
+        if asked:
+            raise
+        raise wrapped(error) from error
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def _file(code: Any) -> str:
     try:
         return inspect.getfile(code)
     except (TypeError, OSError):  # it is of no file, such as what is built in
         return ""
-
-
-def _deepest(trace: TracebackType | None, file: str) -> str:
-    """The innermost line in the law's own file, and not in a library that it calls."""
-    lines = []
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == file:
-            lines.append(trace.tb_lineno)
-        trace = trace.tb_next
-    return f" ({Path(file).name}, line {lines[-1]})" if lines else ""

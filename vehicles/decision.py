@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum, auto
 from math import isfinite, isinf
@@ -181,11 +180,11 @@ def _with_reports(
 
 def _applied(controller: Controller, observation: Observation) -> Output:
     """What the law returns, checked. Raises LawError."""
-    law, limit_s = controller.law, controller.limit_s
+    law = controller.law
     try:
-        with nullcontext() if limit_s is None else time_limit(limit_s):
+        with time_limit(controller.limit_s):
             returned = law.acceleration(observation, controller.parameters)
-    except Exception as error:
+    except BaseException as error:  # whatever it raises is its own, also sys.exit
         raise raised(f"law {law.name}", law.acceleration, error) from error
     output = returned if isinstance(returned, Output) else Output(returned)
     try:

@@ -38,11 +38,16 @@ class StateFilter(Protocol):
         """Predict one period for each input (m/s²), then take in z (n,) with R's diagonal."""
 
 
-def state_filter(settings: Estimator, period_ns: int) -> StateFilter:
-    """A new filter with these settings and the period of the control cycle."""
+def state_filter(settings: Estimator, period_ns: int, limit_s: float | None = None) -> StateFilter:
+    """Return a new filter with these settings and the period of the control cycle.
+
+    limit_s: wall time that a step of an estimator of the user's own may take.
+    """
     period_s, acceleration_std = period_ns * 1e-9, settings.acceleration_std_mps2
     if settings.kind == "kalman":
         return Filter(period_s, acceleration_std)
-    estimator = _BUILTIN.get(settings.kind) or estimator_of(settings.kind)
+    if settings.kind in _BUILTIN:
+        return TrackingFilter(_BUILTIN[settings.kind], None, period_s, acceleration_std)
+    estimator = estimator_of(settings.kind)
     parameters = parameters_of(estimator.parameters, dict(settings.parameters))
-    return TrackingFilter(estimator, parameters, period_s, acceleration_std)
+    return TrackingFilter(estimator, parameters, period_s, acceleration_std, limit_s)

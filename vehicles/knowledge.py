@@ -52,6 +52,8 @@ class Knowledge:
     def _set_up_estimates(self, scenario: Scenario) -> None:
         gap_error, speed_error = _link_errors(scenario)
 
+        limit_s = scenario.stall_limit_s
+
         def link(front: Motion, rear: Motion) -> LinkState:
             return LinkState(
                 self._period_ns,
@@ -60,13 +62,14 @@ class Knowledge:
                 speed_error=copy(speed_error),
                 front=front,
                 rear=rear,
+                limit_s=limit_s,
             )
 
         self.link_ahead = link(front=self._ahead, rear=self._own)
         self.link_behind = link(front=self._own, rear=self._behind)
         speed = scenario.control.desired_speed_mps
         own_error = ReadingError(scenario.sensors.error_std, speed)
-        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error, self._own)
+        self.speed = SpeedState(self._period_ns, scenario.estimator, own_error, self._own, limit_s)
 
     @property
     def age_ns(self) -> int:

@@ -17,6 +17,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from zenvoy.laws.errors import raised
 from zenvoy.laws.estimator import Array, Estimator, LinearModel, Moments, Tracker
 from zenvoy.vehicles.linear import linear_model
+from zenvoy.vehicles.time_limit import time_limit
 
 
 class Extended:
@@ -93,13 +94,19 @@ UNSCENTED: Final = Estimator(name="ukf", start=Unscented)
 class TrackingFilter:
     """As `estimator.Filter`, by the tracker of an estimator, with every gain computed anew.
 
-    Raises LawError where the estimator raises, or returns what is no state.
+    limit_s: wall time that a step may take; None for an estimator of Zenvoy's own. Raises LawError
+    where the estimator raises, takes longer, or returns what is no state.
     """
 
     def __init__(
-        self, estimator: Estimator, parameters: object, period_s: float, acceleration_std: float
+        self,
+        estimator: Estimator,
+        parameters: object,
+        period_s: float,
+        acceleration_std: float,
+        limit_s: float | None = None,
     ) -> None:
-        self._estimator, self._parameters = estimator, parameters
+        self._estimator, self._parameters, self._limit_s = estimator, parameters, limit_s
         self._period_s, self._acceleration_std = period_s, acceleration_std
         self._tracker: Tracker | None = None
         self._covariance: Array | None = None
@@ -131,13 +138,15 @@ class TrackingFilter:
         reading, error = np.array(z), np.diag(variances)
         estimator = self._estimator
         try:
-            if self._tracker is None:
-                model = linear_model(self._period_s, self._acceleration_std, len(z))
-                self._tracker = estimator.start(model, reading, error, self._parameters)
-                state, covariance = reading, error
-            else:
-                state, covariance = _checked(*self._tracker.step(inputs, reading, error), len(z))
-        except Exception as failure:
+            with time_limit(self._limit_s):
+                if self._tracker is None:
+                    model = linear_model(self._period_s, self._acceleration_std, len(z))
+                    self._tracker = estimator.start(model, reading, error, self._parameters)
+                    state, covariance = reading, error
+                else:
+                    found = self._tracker.step(inputs, reading, error)
+                    state, covariance = _checked(*found, len(z))
+        except BaseException as failure:  # whatever it raises is its own
             raise raised(f"estimator {estimator.name}", estimator.start, failure) from failure
         self._covariance = covariance
         self.x = tuple(state.tolist())

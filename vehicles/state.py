@@ -18,7 +18,8 @@ class LinkState:
     """Filtered state of one link, at the time of its newest reading.
 
     `front` and `rear` are the motions of the two vehicles, the one ahead and the one behind; the
-    link's relative acceleration is the difference of theirs.
+    link's relative acceleration is the difference of theirs. limit_s: wall time that a step of an
+    estimator of the user's own may take.
     """
 
     def __init__(
@@ -30,10 +31,11 @@ class LinkState:
         speed_error: ReadingError,
         front: Motion,
         rear: Motion,
+        limit_s: float | None = None,
     ) -> None:
         self._period_ns = period_ns
         self._front, self._rear = front, rear
-        self._filter = state_filter(estimator, period_ns)
+        self._filter = state_filter(estimator, period_ns, limit_s)
         self._gap_error, self._speed_error = gap_error, speed_error
         self.measured_ns = -1
 
@@ -83,13 +85,18 @@ class LinkState:
 
 
 class SpeedState:
-    """Filtered own speed at the start of the cycle."""
+    """Filtered own speed at the start of the cycle; `limit_s` as for a link."""
 
     def __init__(
-        self, period_ns: int, estimator: Estimator, error: ReadingError, own: Motion
+        self,
+        period_ns: int,
+        estimator: Estimator,
+        error: ReadingError,
+        own: Motion,
+        limit_s: float | None = None,
     ) -> None:
         self._period_ns = period_ns
-        self._filter = state_filter(estimator, period_ns)
+        self._filter = state_filter(estimator, period_ns, limit_s)
         self._error = error
         self._own = own
         self._measured_ns = 0

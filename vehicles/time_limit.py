@@ -1,4 +1,4 @@
-"""A limit of wall time on a law that is not of the library, so that it is named where it hangs."""
+"""A limit of wall time on code of the user's own, so that it is named where it hangs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from types import FrameType
 
 
 @contextmanager
-def time_limit(limit_s: float) -> Iterator[None]:
-    """Raise TimeoutError in the midst of what takes longer.
+def time_limit(limit_s: float | None) -> Iterator[None]:
+    """Raise TimeoutError in the midst of what takes longer; None is no limit.
 
-    Signals reach the main thread alone: elsewhere there is no limit.
+    Signals reach the main thread alone: elsewhere there is no limit. The alarm that was set before
+    is set again afterwards.
     """
-    if threading.current_thread() is not threading.main_thread():
+    if limit_s is None or threading.current_thread() is not threading.main_thread():
         yield
         return
 
@@ -23,9 +24,11 @@ def time_limit(limit_s: float) -> Iterator[None]:
         raise TimeoutError(f"took longer than {limit_s:g} s")
 
     before = signal.signal(signal.SIGALRM, expire)
-    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    timer = signal.setitimer(signal.ITIMER_REAL, limit_s)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        if signal.getsignal(signal.SIGALRM) is expire:  # else a request to end has taken it over
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, before)
+            signal.setitimer(signal.ITIMER_REAL, *timer)

@@ -7,23 +7,25 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from zenvoy.laws import builtin, law_of
 from zenvoy.laws.by_name import (
     ESTIMATORS,
     LAWS,
     Kind,
-    UnknownLawError,
     has_entry_point,
     resolve,
 )
+from zenvoy.laws.errors import LawError, UnknownLawError, errors_of_the_code, raised
 from zenvoy.laws.parameters import model_of
 from zenvoy.laws.table import estimator_of
-from zenvoy.scenarios.errors import Problem
+from zenvoy.scenarios.errors import InvalidScenarioError, Problem
 from zenvoy.scenarios.reading.explain import Refusal, explained
 from zenvoy.scenarios.reading.origin import Origin
 from zenvoy.scenarios.reading.tree import Node, Path, planted
+from zenvoy.scenarios.schema.own_laws import own_laws
+from zenvoy.scenarios.schema.scenario import Scenario
 from zenvoy.values.wording import dotted, shown
 
 _CONTROL: Path = ("control",)
@@ -121,16 +123,46 @@ def _with_parameters(
         given = root.find((*_CONTROL, "parameters"))
     values = {} if given is None else given.plain()
     where = (*path, "parameters")
+    place = section.place if given is None else given.place
     try:
-        checked = model_of(parameters).model_validate(frozen(values))
+        checked = _checked(parameters, frozen(values))
     except ValidationError as refused:
         problems = list(_problems(refused, parameters, where, root))
         return _without(root, path), problems  # so that nobody else stumbles over them
-    place = section.place if given is None else given.place
+    except LawError as error:
+        problem = Problem(key=dotted(where), text=str(error), place=place)
+        return _without(root, path), [problem]
     node = as_node(checked.model_dump(mode="json"), place)
     if given is not None:
         node = _placed_as(node, given)
     return planted(root, tuple(map(str, where)), node), []
+
+
+def _checked(parameters: type, values: object) -> BaseModel:
+    """Return the values by the model of a dataclass, which also accepts them.
+
+    Raises ValidationError where a type does not fit, and LawError for what the dataclass raises.
+    """
+
+    def failed(error: BaseException) -> LawError:
+        return raised(parameters.__name__, parameters, error)
+
+    with errors_of_the_code(failed):
+        model = model_of(parameters)
+    checked = model.model_validate(values)
+    with errors_of_the_code(failed):
+        parameters(**{name: getattr(checked, name) for name in model.model_fields})
+    return checked
+
+
+def require_linear_forms(scenario: Scenario, root: Node) -> None:
+    """Raise InvalidScenarioError where the linear form of a law cannot be computed."""
+    try:
+        own_laws(scenario)
+    except LawError as error:
+        path = (*_CONTROL, "model")
+        problem = Problem(key=dotted(path), text=str(error), place=root.place_of(path))
+        raise InvalidScenarioError([problem], 0) from error
 
 
 def _without(root: Node, path: Path) -> Node:

@@ -9,7 +9,7 @@ from pathlib import Path
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.extends import chain
 from zenvoy.scenarios.reading.files import with_files
-from zenvoy.scenarios.reading.laws import with_laws
+from zenvoy.scenarios.reading.laws import require_linear_forms, with_laws
 from zenvoy.scenarios.reading.library import packaged
 from zenvoy.scenarios.reading.origin import located
 from zenvoy.scenarios.reading.overrides import overridden
@@ -59,6 +59,7 @@ def load(
     root, errors = with_files(root, files.origins)
     root, of_laws = with_laws(root, files.origins, allow_code=allow_code)
     scenario = validated(root, [*files.problems, *more, *of_spacing, *of_laws], errors)
+    require_linear_forms(scenario, root)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
     return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
 

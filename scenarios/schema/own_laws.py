@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from zenvoy.laws import Law, Setpoint, builtin, law_of
+from zenvoy.laws.errors import errors_of_the_code, raised
 from zenvoy.scenarios.schema.control_laws import modes, parameters_of
 from zenvoy.scenarios.schema.courses import Targets
 from zenvoy.scenarios.schema.roster import Phase, roster
@@ -20,7 +22,7 @@ def own_laws(scenario: Scenario) -> dict[str, str]:
     """Return facts in JSON about every law that is not in the library, by its mode in the log.
 
     `linear` is the law near its equilibrium for each set of parameters and each setpoint that the
-    scenario gives; in a ramp between setpoints it is not known.
+    scenario gives; in a ramp between setpoints it is not known. Raises LawError where it fails.
     """
     return {
         str(mode): json.dumps(_facts(scenario, model, law_of(model)), sort_keys=True)
@@ -64,7 +66,10 @@ def _linear(scenario: Scenario, model: str, law: Law) -> list[list[Any]]:
     for (given, setpoint), phase in wanted.items():
         parameters = parameters_of(scenario.control, law, phase.parameters)
         for m in range(1, law.sides(parameters) + 1) if law.needs.sides else (0,):
-            rows.append([dict(given), list(setpoint), m, list(law.linear(parameters, setpoint, m))])
+            with errors_of_the_code(partial(raised, f"linear form of law {law.name}", law.linear)):
+                linear = law.linear(parameters, setpoint, m)
+                json.dumps(list(linear))  # it is to be written
+            rows.append([dict(given), list(setpoint), m, list(linear)])
     return rows
 
 

@@ -1,0 +1,174 @@
+"""Code of the user's own that ends, hangs or gives up: it is named, and the command goes on."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import command, wait_until, zenvoy
+from zenvoy.analysis.log.load import load
+from zenvoy.vehicles.time_limit import time_limit
+
+LEAVES = {
+    "sys.exit(0)": "SystemExit: 0",
+    "sys.exit()": "SystemExit",
+    "exit(3)": "SystemExit: 3",
+    "raise KeyboardInterrupt": "KeyboardInterrupt",
+    "raise GeneratorExit('done')": "GeneratorExit: done",
+    "raise Ended('for good')": "Ended: for good",
+}
+LAW = """
+import sys
+import time
+from dataclasses import dataclass
+from zenvoy.laws import Estimator, Law
+class Ended(BaseException): pass
+@dataclass(frozen=True)
+class Parameters:
+    gain: float = 1.0
+    def __post_init__(self):
+        if self.gain > 2.0:
+            raise ValueError("a gain above 2 is not stable")
+        if self.gain < 0.0:
+            sys.exit(1)
+def law(seen, own):
+    if seen.speed < 32.0:
+        {at_run}
+    return -1.0
+class Tracker:
+    def __init__(self, model, z, R, own):
+        self.steps = 0
+    def step(self, inputs, z, R):
+        self.steps += 1
+        if self.steps > 9:
+            {at_run}
+        return z, R
+def linear(own, setpoint, m):
+    {in_linear}
+{at_load}
+LAW = Law(name="leaver", acceleration=law, parameters=Parameters)
+TRACKER = Estimator(name="leaver", start=Tracker)
+LINEAR = Law(name="leaver", acceleration=law, linear=linear)
+"""
+SCENARIO = """
+duration_s: 20
+stall_limit_s: 2
+fleet: {size: 3, speed_mps: 33}
+control: {desired_speed_mps: 33}
+"""
+OWN_LAW = ("--set", "control.model=bad:LAW")
+OWN_ESTIMATOR = ("--set", "estimator.kind=bad:TRACKER")
+
+
+def write(
+    folder: Path, *, at_run: str = "pass", at_load: str = "pass", in_linear: str = "pass"
+) -> None:
+    text = LAW.format(at_run=at_run, at_load=at_load, in_linear=in_linear)
+    (folder / "bad.py").write_text(text.lstrip())
+    (folder / "s.yaml").write_text(SCENARIO)
+
+
+@pytest.mark.parametrize("what", LEAVES)
+@pytest.mark.parametrize("own", [OWN_LAW, OWN_ESTIMATOR], ids=["law", "estimator"])
+def test_a_file_that_leaves_while_it_is_loaded_is_refused(
+    tmp_path: Path, what: str, own: tuple[str, str]
+) -> None:
+    write(tmp_path, at_load=what)
+    outcome = zenvoy(tmp_path, "check", "s.yaml", *own)
+    key, _, name = own[1].partition("=")
+    assert outcome.code == 2
+    said = f"bad.py cannot be run: {LEAVES[what]} (bad.py, line 28)"
+    assert outcome.err == f"{key}: '{name}': {said}  (--set {own[1]})\n"
+
+
+@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
+@pytest.mark.parametrize("what", ["sys.exit(0)", "raise KeyboardInterrupt", "raise Ended('x')"])
+@pytest.mark.parametrize(("own", "line"), [(OWN_LAW, 16), (OWN_ESTIMATOR, 24)])
+def test_code_that_leaves_in_a_run_is_named_and_the_log_kept(
+    tmp_path: Path, own: tuple[str, str], line: int, what: str, bus: str
+) -> None:
+    write(tmp_path, at_run=what)
+    outcome = zenvoy(tmp_path, "run", "s.yaml", *own, "--bus", bus, "--out", "out")
+    assert outcome.code == 3, outcome.err
+    kind = "law" if own is OWN_LAW else "estimator"
+    said = {"sys.exit(0)": "SystemExit: 0", "raise Ended('x')": "Ended: x"}.get(what, what[6:])
+    first = outcome.err.splitlines()[0]
+    assert first.startswith("vehicle-0")
+    assert first.partition(" died: ")[2] == f"{kind} leaver raised {said} (bad.py, line {line})"
+    assert load(tmp_path / "out" / "run.mcap").cycles > 0
+
+
+@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
+@pytest.mark.parametrize("what", ["time.sleep(600)", "while True: pass"])
+def test_an_estimator_that_hangs_is_named_with_its_line(
+    tmp_path: Path, what: str, bus: str
+) -> None:
+    write(tmp_path, at_run=what)
+    outcome = zenvoy(tmp_path, "run", "s.yaml", *OWN_ESTIMATOR, "--bus", bus, "--out", "out")
+    assert outcome.code == 3, outcome.err
+    first = outcome.err.splitlines()[0]
+    assert first.startswith("vehicle-0")
+    assert first.partition(" died: ")[2] == (
+        "estimator leaver raised TimeoutError: took longer than 2 s (bad.py, line 24)"
+    )
+    assert load(tmp_path / "out" / "run.mcap").cycles > 0
+
+
+def test_a_dataclass_of_parameters_may_refuse_them(tmp_path: Path) -> None:
+    write(tmp_path)
+    for gain, said in (
+        ("3.0", "ValueError: a gain above 2 is not stable (bad.py, line 11)"),
+        ("-1.0", "SystemExit: 1 (bad.py, line 13)"),
+    ):
+        changes = (*OWN_LAW, "--set", f"control.parameters.gain={gain}")
+        outcome = zenvoy(tmp_path, "check", "s.yaml", *changes)
+        assert outcome.code == 2
+        assert outcome.err.startswith(f"control.parameters: Parameters raised {said}  (--set")
+        assert len(outcome.err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ("sys.exit(1)", "SystemExit: 1 (bad.py, line 27)"),
+        ("return 1 / 0", "ZeroDivisionError: division by zero (bad.py, line 27)"),
+        ("return None", "TypeError: 'NoneType' object is not iterable"),
+    ],
+)
+def test_a_linear_form_that_fails_is_found_before_the_run(
+    tmp_path: Path, what: str, said: str
+) -> None:
+    write(tmp_path, in_linear=what)
+    outcome = zenvoy(tmp_path, "check", "s.yaml", "--set", "control.model=bad:LINEAR")
+    assert outcome.code == 2
+    said = f"linear form of law leaver raised {said}"
+    assert outcome.err == f"control.model: {said}  (--set control.model=bad:LINEAR)\n"
+
+
+def test_a_request_to_end_is_none_of_the_code(tmp_path: Path) -> None:
+    """Ctrl-C while a file is loaded ends the command as ever, and blames nobody."""
+    write(tmp_path, at_load="open('loads', 'w').close(); time.sleep(600)")
+    with command(tmp_path, "check", "s.yaml", *OWN_LAW) as started:
+        wait_until((tmp_path / "loads").exists, "the file is being loaded")
+        started.send(signal.SIGINT)
+        outcome = started.wait()
+    assert outcome.code == 130
+    assert "bad.py" not in outcome.err
+
+
+def test_a_limit_leaves_the_alarm_of_others_as_it_was() -> None:
+    """A process watches itself by the same timer."""
+    before = signal.signal(signal.SIGALRM, signal.SIG_IGN)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 900.0, 800.0)
+        with time_limit(50.0):
+            assert signal.getitimer(signal.ITIMER_REAL)[0] <= 50.0
+        left, every = signal.getitimer(signal.ITIMER_REAL)
+        assert 100.0 < left <= 900.0
+        assert every == 800.0
+        assert signal.getsignal(signal.SIGALRM) == signal.SIG_IGN
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
