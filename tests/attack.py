@@ -29,7 +29,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.hosts import Host, hosts, pack, unpack
 from zenvoy.bus.mailbox import WINDOW
 from zenvoy.bus.session import open_session
-from zenvoy.bus.topics import BEACON, CLOCK, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.folder import make_folder
 from zenvoy.fleet.guests import meeting
@@ -252,6 +252,34 @@ class Bundler:
         return mutant if self._random.random() < 0.2 else Mutant(shared, made, attachment)
 
 
+class Turns:
+    """The world says which cycle it is in, and in lock-step waits until the attacker is through.
+
+    So as many mutants come in a cycle on a machine that is busy as on one that is idle.
+    """
+
+    def __init__(self, *, live: bool) -> None:
+        self._live = live
+        self._cycles, self._answers = os.pipe(), os.pipe()
+
+    def take(self, clock: pb.Clock) -> None:
+        """Say the cycle, and wait; in the world."""
+        os.write(self._cycles[1], clock.cycle.to_bytes(_BYTES))
+        if not self._live:
+            os.read(self._answers[0], 1)
+
+    def next(self) -> int:
+        """Return the next cycle as soon as it has begun; in the attacker."""
+        return int.from_bytes(os.read(self._cycles[0], _BYTES))
+
+    def done(self) -> None:
+        """Let the world go on; in the attacker."""
+        os.write(self._answers[1], b"\0")
+
+
+_BYTES: Final = 4
+
+
 def attack(
     run: str,
     size: int,
@@ -259,8 +287,9 @@ def attack(
     links: tuple[str, list[str]],
     per_cycle: int,
     live: bool,
+    turns: Turns,
 ) -> None:
-    """Send mutants without a pause, from FIRST_CYCLE to the end; `links`: where to listen, to go.
+    """Send `per_cycle` mutants in each cycle from FIRST_CYCLE on; `links`: where to listen, to go.
 
     It never keeps the fleet waiting for it to read: that stops a run in lock-step, as any reader
     can that does not read.
@@ -268,17 +297,17 @@ def attack(
     listen, connect = links
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
     with open_session([listen], connect, live=live) as session:
-        ticks = session.declare_subscriber(CLOCK.key(run), zenoh.handlers.RingChannel(1))
         topics = streams(run, size)
         mutator, bundler = Mutator(run, size, seed=1), Bundler(run, shared, seed=1)
-        while pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle < 2:
-            pass  # who subscribes before the real reader is there would be taken for it
+        while turns.next() < 2:
+            turns.done()  # who subscribes before the real reader is there would be taken for it
         heard = session.declare_subscriber(
             f"zenvoy/{run}/**", zenoh.handlers.RingChannel(1_000), allowed_origin=_OTHERS
         )
         drop = zenoh.CongestionControl.DROP if live else zenoh.CongestionControl.BLOCK
         while True:
-            cycle = pb.Clock.FromString(ticks.recv().payload.to_bytes()).cycle
+            turns.done()
+            cycle = turns.next()
             while (sample := heard.try_recv()) is not None:
                 key, payload = str(sample.key_expr), sample.payload.to_bytes()
                 of = topics.get(key)
@@ -305,6 +334,8 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
     folder = make_folder(out, loaded.name)
     labels = labels_of(loaded, "zenoh", per_process)
     deaths: list[Death] = []
+    live = loaded.scenario.clock == "realtime"
+    turns = Turns(live=live)
     with tempfile.TemporaryDirectory(prefix="zt-") as sockets:
         met = meeting(labels.run, Path(sockets), ())
         table = process_table(
@@ -312,18 +343,18 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
             labels,
             folder / "run.mcap",
             Path(sockets),
-            lambda _: None,
+            turns.take,
             met,
             per_process=per_process,
         )
         here = f"unixsock-stream/{sockets}/attacker"
-        size, live = loaded.scenario.fleet.size, loaded.scenario.clock == "realtime"
+        size = loaded.scenario.fleet.size
         shared = [host for host in hosts(size, per_process) if host.is_shared]
         links = here, list(met.connect)
         attacker = Program(
             name="attacker",
             run=labels.run,
-            main=partial(attack, labels.run, size, shared, links, per_cycle, live),
+            main=partial(attack, labels.run, size, shared, links, per_cycle, live, turns),
             essential=False,
         )
         programs = [*(_within_reach(program, here) for program in table), attacker]
