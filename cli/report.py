@@ -156,8 +156,10 @@ def _span(bounds: tuple[float, float] | None, unit: str) -> str:
 
 
 def print_facts(console: Console, facts: Facts) -> None:
-    """Metadata of a log, its result, and its topics."""
-    for title, records in (("run", facts.run), ("repair", facts.repair), ("result", facts.result)):
+    """Print the metadata of a log, its laws, its result, and its topics."""
+    sections = {"run": facts.run, "laws": facts.laws}
+    sections |= {"repair": facts.repair, "result": facts.result}
+    for title, records in sections.items():
         if not records:  # a log that is cut has no result
             continue
         table = Table(title=title, show_header=False)

@@ -31,6 +31,8 @@ class Facts:
     result: dict[str, str]
     repair: dict[str, str]
     """Metadata zenvoy.repair; {} where the log was not repaired."""
+    laws: dict[str, str]
+    """Laws of the scenario's own by name: what the scenario calls them, and their package."""
     scenario: Scenario
     counts: dict[str, int]
     whole: bool

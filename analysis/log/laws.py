@@ -62,6 +62,12 @@ def laws_in(metadata: Mapping[str, str]) -> dict[int, LoggedLaw]:
     return found
 
 
+def own_laws_in(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
+    """Return the reference of each law that is not of the library, with the package it comes in."""
+    own = [law for _, law in sorted(laws.items()) if law.law is None]
+    return {law.name: f"{law.reference} {law.version}".strip() for law in own}
+
+
 def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> dict[str, str]:
     """Put a column per value that a law logs in place of `logged`; returns their units by name.
 

@@ -13,7 +13,7 @@ from zenvoy.analysis.log.checks import Content, checks_of
 from zenvoy.analysis.log.columns import Table, stack
 from zenvoy.analysis.log.cycles import Cycles
 from zenvoy.analysis.log.facts import Facts, metadata_of, scenario_of, shown, shown_facts
-from zenvoy.analysis.log.laws import LoggedLaw, laws_in, split_logged
+from zenvoy.analysis.log.laws import LoggedLaw, laws_in, own_laws_in, split_logged
 from zenvoy.analysis.log.plausible import event_fault, fleet_fault, frames_fault, realtime_fault
 from zenvoy.analysis.log.records import LogError, Message, Pass
 from zenvoy.bus import messages_pb2 as pb
@@ -82,6 +82,7 @@ def read(path: Path) -> Reading:
         run=metadata.run,
         result=metadata.result,
         repair=shown_facts(log.metadata.get(REPAIR, {})),
+        laws=shown_facts(own_laws_in(laws)),
         scenario=scenario,
         counts=_counts(log),
         whole=log.whole,

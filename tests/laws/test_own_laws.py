@@ -135,6 +135,8 @@ def test_log_and_report_name_the_laws_without_their_code(laws: Path, mixed: Run)
     assert texts == ["idm:smith: 5-6"]
     outcome = zenvoy(laws, "analyze", "run.mcap")
     assert outcome.code == 0, outcome.err
+    told = zenvoy(laws, "info", "run.mcap").out
+    assert all(f"│ {law.name} " in told and law.reference in told for law in own.values())
 
 
 def test_logged_values_are_named_columns(mixed: Run, tmp_path: Path) -> None:

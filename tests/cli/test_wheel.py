@@ -1,0 +1,128 @@
+"""The wheel in a fresh environment, without extras: a law of one's own in a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+ROOT: Final = Path(__file__).parents[2]
+# The Intelligent Driver Model (Treiber, Hennecke and Helbing, 2000) in 15 lines, blank ones aside.
+IDM: Final = """
+from dataclasses import dataclass
+from zenvoy.laws import Law, root
+
+@dataclass(frozen=True)
+class Parameters:
+    T: float = 1.3
+    s0: float = 2.0
+    a: float = 1.4
+    b: float = 2.0
+
+def idm(seen, own):
+    v, gap = seen.speed, seen.ahead.p - 5.0
+    wanted = own.s0 + v * own.T - v * seen.ahead.v / (2.0 * root(own.a * own.b))
+    free = (v / seen.setpoint.v_des) ** 2
+    return own.a * (1.0 - free * free - (wanted / gap) ** 2)
+
+IDM = Law(name="IDM", acceleration=idm, parameters=Parameters)
+"""
+SCENARIO: Final = """
+description: eight vehicles under IDM, the second one brakes
+duration_s: 30
+seed: 1
+fleet:
+  size: 8
+  gap_m: 50
+control:
+  model: "idm:IDM"
+  parameters: {T: 1.2}
+  desired_gap_m: 50
+events:
+  - {type: brake, vehicle: 2, at_s: 10, duration_s: 2, deceleration_mps2: 3}
+"""
+_OF_ANALYSIS: Final = ("matplotlib", "jinja2", "pyarrow")
+
+
+def wheel(folder: Path) -> Path:
+    """Build the wheel out of a copy of the sources, with the setuptools that is here, or skip."""
+    try:
+        setuptools = int(version("setuptools").partition(".")[0])
+    except PackageNotFoundError:
+        setuptools = 0
+    if setuptools < 77:
+        pytest.skip("no setuptools >= 77 here, with which to build a wheel offline")
+    source = folder / "source"
+    tracked = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if tracked.returncode:
+        pytest.skip("not a checkout: which files belong to the wheel is not known")
+    for name in filter(None, tracked.stdout.split("\0")):
+        if (ROOT / name).is_file():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, source / name)
+    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-index"]
+    build += ["--no-build-isolation", "--wheel-dir", str(folder), str(source)]
+    built = subprocess.run(build, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    (found,) = folder.glob("zenvoy-*.whl")
+    return found
+
+
+def environment(folder: Path, wheel: Path) -> Path:
+    """Return the command `zenvoy` of a new environment that has the wheel in it.
+
+    What Zenvoy depends on is lent by this one, without the packages of the extra `analysis`.
+    """
+    venv.create(folder, with_pip=False, symlinks=True)
+    (site,) = folder.glob("lib/python*/site-packages")
+    (lent,) = {Path(entry) for entry in sys.path if entry.endswith("site-packages")}
+    left_out = ("zenvoy", "__editable__", *_OF_ANALYSIS)
+    for entry in lent.iterdir():
+        if not entry.name.lower().startswith(left_out) and entry.suffix != ".pth":
+            (site / entry.name).symlink_to(entry)
+    install = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install"]
+    install += ["--quiet", "--no-deps", "--no-index", "--disable-pip-version-check", str(wheel)]
+    subprocess.run(install, check=True)
+    return folder / "bin" / "zenvoy"
+
+
+def test_a_law_of_ones_own_runs_with_the_wheel_alone(tmp_path: Path) -> None:
+    command = environment(tmp_path / "venv", wheel(tmp_path))
+    place = tmp_path / "mine"
+    place.mkdir()
+    (place / "idm.py").write_text(IDM)
+    (place / "s.yaml").write_text(SCENARIO)
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+
+    def zenvoy(*arguments: str) -> str:
+        done = subprocess.run(
+            [str(command), *arguments],
+            cwd=place,
+            env=clean | {"COLUMNS": "120"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, ""), arguments
+        return done.stdout
+
+    zenvoy("check", "s.yaml", "--strict")
+    zenvoy("run", "s.yaml", "--out", "processes")
+    zenvoy("run", "s.yaml", "--bus", "in-process", "--out", "one")
+    told = [zenvoy("info", f"{name}/run.mcap") for name in ("processes", "one")]
+    prints = [next(line for line in text.splitlines() if "fingerprint" in line) for text in told]
+    assert prints[0] == prints[1]
+    for text in told:
+        assert "idm:IDM#" in text
+    where = [str(command.with_name("python")), "-c", "import zenvoy; print(zenvoy.__file__)"]
+    found = subprocess.run(where, cwd=place, env=clean, capture_output=True, text=True, check=True)
+    assert Path(found.stdout.strip()).is_relative_to(tmp_path / "venv")
