@@ -17,7 +17,7 @@ from rich.table import Table
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import BEACON, POSITIONS
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import (
     Channel,
     Fleet,
@@ -56,7 +56,7 @@ def cycle_ms(channel: Channel, vehicles: int) -> float:
         fleet=Fleet(size=vehicles, gap_m=GAP_M),
         channel=channel,
     )
-    agent, mailbox = ChannelAgent(scenario), Mailbox()
+    agent, mailbox = LockStepChannel(scenario), Mailbox()
     start = -GAP_M * np.arange(vehicles, dtype=np.float64)
     spent = []
     for cycle in range(CYCLES):

@@ -57,9 +57,9 @@ class Inbox:
             Inbox({t: [one] for t, one in zip(self._mail, share, strict=True)}) for share in shares
         ]
 
-    def payloads(self, topic: Topic[M]) -> list[bytes]:
-        """Messages of `topic` as they were on the wire, in order of vehicle."""
-        return [payload for _, payload in self._mail[topic]]
+    def with_payloads(self, topic: Topic[M]) -> list[tuple[M, bytes]]:
+        """Messages of `topic`, each with its bytes on the wire, in order of vehicle."""
+        return self._mail[topic]
 
 
 Log = Callable[[Topic[Any], int, bytes], None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -40,20 +40,24 @@ class Air:
         )
 
     def send(
-        self, payloads: list[bytes], source: Ints, destination: Ints, arrived_ns: Ints
+        self, payloads: Mapping[int, bytes], source: Ints, destination: Ints, arrived_ns: Ints
     ) -> None:
-        """Put a frame of each vehicle on the air, in order of vehicle.
+        """Put the frames of a cycle on the air: serialized beacons, by the vehicle that sends.
 
-        The other arrays have a row per frame and receiver: indices from 0 of both, and when it
+        The arrays have a row per frame and receiver: indices from 0 of both, and when the frame
         arrives, ns; -1: never.
         """
         first = self._first_number + len(self._beacons)
-        encoded = np.empty(len(payloads), dtype=np.object_)
-        encoded[:] = [encode_bytes(_BEACON, payload) for payload in payloads]
+        senders = sorted(payloads)  # whatever order they came in: frames are numbered by vehicle
+        encoded = np.empty(len(senders), dtype=np.object_)
+        encoded[:] = [encode_bytes(_BEACON, payloads[vehicle]) for vehicle in senders]
         self._beacons = np.concatenate([self._beacons, encoded])
         comes = arrived_ns >= 0
-        self._number = np.concatenate([self._number, first + source[comes]])
-        self._source = np.concatenate([self._source, source[comes] + 1])
+        numbers = np.zeros(len(self._vehicles) + 1, dtype=np.int64)
+        numbers[senders] = first + np.arange(len(senders))
+        vehicle = source[comes] + 1
+        self._number = np.concatenate([self._number, numbers[vehicle]])
+        self._source = np.concatenate([self._source, vehicle])
         self._destination = np.concatenate([self._destination, destination[comes] + 1])
         self._arrived_ns = np.concatenate([self._arrived_ns, arrived_ns[comes]])
 

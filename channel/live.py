@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope, Inbox
+from zenvoy.bus.agent import Envelope
 from zenvoy.bus.live import Post
-from zenvoy.bus.topics import BEACON, POSITIONS, Topic
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.bus.topics import POSITIONS, Topic
+from zenvoy.channel.agent import Channel, Sent
 from zenvoy.scenarios import Scenario
 
 # All in ns of wall time.
@@ -19,8 +19,6 @@ _MANY: Final = 4
 _GATHER_NS: Final = 5_000_000  # beacons that come later than the others wait for one another
 _WINDOW_NS: Final = 1_000_000  # frames to one vehicle that are due within it come together
 _KEPT: Final = 5  # cycles for which positions are kept, for beacons that are late
-
-_Mail = tuple[Any, bytes]
 
 
 class LiveChannel:
@@ -43,18 +41,18 @@ class LiveChannel:
     may_wait: frozenset[Topic[Any]] = frozenset()
 
     def __init__(self, scenario: Scenario) -> None:
-        self._agent = ChannelAgent(scenario)
+        self._core = Channel(scenario)
         self._vehicles = range(1, scenario.fleet.size + 1)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._guard_ns = max(
             round(_GUARD_NS * scenario.speed),
-            self._agent.least_latency_ns - round(_PREPARE_NS * scenario.speed),
+            self._core.least_latency_ns - round(_PREPARE_NS * scenario.speed),
         )
         self._busy_ns = round(_BUSY_NS * scenario.speed)
         self._gather_ns = round(_GATHER_NS * scenario.speed)
         self._window_ns = round(_WINDOW_NS * scenario.speed)
-        self._positions: dict[int, _Mail] = {}  # by cycle, the newest ones
-        self._waiting: dict[int, dict[int, _Mail]] = {}  # beacons by cycle and vehicle
+        self._positions: dict[int, pb.Positions] = {}  # by cycle, the newest ones
+        self._waiting: dict[int, dict[int, Sent]] = {}  # beacons by cycle and vehicle
         self._since_ns: dict[int, int] = {}  # when the first of those came, by cycle
         self._told = dict.fromkeys(self._vehicles, -1)  # cycle of the newest beacon of each
         self._cycle = -1  # the newest whose frames went on the air, who had sent one by then
@@ -65,23 +63,23 @@ class LiveChannel:
     @property
     def due_ns(self) -> int | None:
         """When to deliver frames, or to put new ones on the air."""
-        if self._batch is None and self._agent.air.next_ns is not None:
+        if self._batch is None and self._core.air.next_ns is not None:
             return 0  # to prepare the next delivery, whenever that is
         delivers = () if self._batch is None else (self._batch[0],)
         return min((*delivers, *self._transmissions().values()), default=None)
 
     def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As in lock-step."""
-        return self._agent.flaw(topic, vehicle, message)
+        return self._core.flaw(topic, vehicle, message)
 
     def hear(self, post: Post) -> bool:
         """Keep positions, and beacons until their frames go on the air."""
-        cycle, mail = post.message.cycle, (post.message, post.payload)
+        cycle = post.message.cycle
         newest = max(self._positions, default=-1)
         if post.topic is POSITIONS:
             if cycle in self._positions or cycle <= newest - _KEPT:
                 return False
-            self._positions[cycle] = mail
+            self._positions[cycle] = post.message
             for of_cycle in (self._positions, self._waiting, self._since_ns):
                 for old in [kept for kept in of_cycle if kept <= cycle - _KEPT]:
                     del of_cycle[old]
@@ -89,7 +87,7 @@ class LiveChannel:
         if not max(self._told[post.vehicle], newest - _KEPT) < cycle <= newest + 1:
             return False
         self._told[post.vehicle] = cycle
-        self._waiting.setdefault(cycle, {})[post.vehicle] = mail
+        self._waiting.setdefault(cycle, {})[post.vehicle] = Sent(post.message, post.payload)
         self._since_ns.setdefault(cycle, post.came_ns)
         return True
 
@@ -101,17 +99,17 @@ class LiveChannel:
         """
         if self._batch is not None and self._batch[0] <= now_ns:
             (at_ns, receives), self._batch = self._batch, None
-            self._agent.air.landed(at_ns)
+            self._core.air.landed(at_ns)
             return receives
         due = [cycle for cycle, at_ns in self._transmissions().items() if at_ns <= now_ns]
         if due:
             self._batch = None  # a new frame may be due before those
             return [self._transmit(min(due))]
-        arrives_ns = self._agent.air.next_ns
+        arrives_ns = self._core.air.next_ns
         if self._batch is None and arrives_ns is not None:
             until_ns = min(arrives_ns + self._window_ns, self._decision_ns(arrives_ns))
             cycle, until_ns = now_ns // self._period_ns, max(until_ns, now_ns)
-            self._batch = self._agent.air.batch(cycle, until_ns)
+            self._batch = self._core.air.batch(cycle, until_ns)
         return []
 
     def _decision_ns(self, arrives_ns: int) -> int:
@@ -148,6 +146,4 @@ class LiveChannel:
         elif cycle == self._cycle:
             self._absent -= beacons.keys()
             self._present |= beacons.keys()
-        silence = (pb.Beacon(cycle=cycle, silent=True), b"")
-        mail = [beacons.get(vehicle, silence) for vehicle in self._vehicles]
-        return self._agent.transmit(Inbox({POSITIONS: [self._positions[cycle]], BEACON: mail}))
+        return self._core.transmit(self._positions[cycle], beacons)

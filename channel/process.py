@@ -5,8 +5,8 @@ from __future__ import annotations
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.live import LiveBus
 from zenvoy.bus.zenoh_bus import ZenohBus
-from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import Scenario
 
 
@@ -16,5 +16,5 @@ def run_channel(scenario: Scenario, wiring: Wiring) -> None:
         with LiveBus(LiveChannel(scenario), wiring, scenario.speed) as live:
             live.run()
         return
-    with ZenohBus(ChannelAgent(scenario), wiring) as bus:
+    with ZenohBus(LockStepChannel(scenario), wiring) as bus:
         bus.run()

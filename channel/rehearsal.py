@@ -12,7 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import Scenario, roster
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
@@ -23,7 +23,7 @@ def rehearse(scenario: Scenario) -> Iterator[dict[str, NDArray[Any]]]:
 
     All vehicles keep the speed they begin with; those that beacon do so in every cycle.
     """
-    agent, mailbox = ChannelAgent(scenario), Mailbox()
+    agent, mailbox = LockStepChannel(scenario), Mailbox()
     fleet = scenario.fleet
     start = -fleet.gap_m * np.arange(fleet.size, dtype=np.float64)
     silent = [not settings.beacons for settings in roster(scenario)]

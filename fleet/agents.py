@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from zenvoy.bus.agent import Agent
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.world.agent import WorldAgent
@@ -14,6 +14,6 @@ def agents_of(scenario: Scenario) -> list[Agent]:
     vehicles = range(1, scenario.fleet.size + 1)
     return [
         WorldAgent(scenario),
-        ChannelAgent(scenario),
+        LockStepChannel(scenario),
         *(LockStepVehicle(scenario, vehicle) for vehicle in vehicles),
     ]

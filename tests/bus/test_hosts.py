@@ -20,8 +20,8 @@ from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.live import LiveAgent
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
 from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
-from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import Scenario, load
 from zenvoy.vehicles.hosted import HostedVehicles, LiveHostedVehicles
 from zenvoy.world.agent import WorldAgent
@@ -133,7 +133,7 @@ def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process
         assert topic.logged_as is not None
         logged.append((topic.logged_as, time_ns, payload))
 
-    agents: list[Agent] = [WorldAgent(told), ChannelAgent(told)]
+    agents: list[Agent] = [WorldAgent(told), LockStepChannel(told)]
     agents += [HostedVehicles(told, host) for host in placed]
     InProcessBus(agents, log).run()
     assert logged == in_lock_step(told)

@@ -30,8 +30,8 @@ from zenvoy.bus.live import Post, admit
 from zenvoy.bus.mailbox import WINDOW, Mailbox
 from zenvoy.bus.refusals import Refusals
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
-from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.live import LiveChannel
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario, load
 from zenvoy.vehicles.live import LiveVehicle
@@ -371,7 +371,7 @@ def reader(topic: Topic[Any], folder: Path) -> Agent:
     scenario = scenario_of(folder, f"duration_s: 3\n{FLEET}")
     roles: dict[str | None, Agent] = {
         "world": WorldAgent(scenario),
-        "channel": ChannelAgent(scenario),
+        "channel": LockStepChannel(scenario),
         "vehicle": LockStepVehicle(scenario, 1),
     }
     return roles[topic.reader]

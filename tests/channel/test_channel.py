@@ -15,7 +15,7 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import Channel, Control, Fleet, Loss, Road, Scenario, technologies
 
 T_NS = 100_000_000
@@ -49,7 +49,7 @@ class Air:
         self.links: list[pb.Links] = []
         self.fate: dict[Frame, Told] = {}
         position = np.arange(self.size - 1.0, -1.0, -1.0) * gap_m
-        agent, mailbox = ChannelAgent(scenario), Mailbox()
+        agent, mailbox = LockStepChannel(scenario), Mailbox()
         for cycle in range(self.cycles):
             self._drain(agent, mailbox)
             for vehicle in range(1, self.size + 1):
@@ -72,7 +72,7 @@ class Air:
             planned_acceleration=[0.1 * cycle],
         )
 
-    def _drain(self, agent: ChannelAgent, mailbox: Mailbox) -> None:
+    def _drain(self, agent: LockStepChannel, mailbox: Mailbox) -> None:
         while (barrier := agent.barrier) is not None and mailbox.met(barrier):
             for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
                 self._take(envelope)
@@ -209,7 +209,7 @@ def test_without_a_wait_everything_comes_with_the_next_cycle() -> None:
 
 def test_without_a_wait_a_delivery_does_not_depend_on_the_beacons_of_its_cycle() -> None:
     """So it goes out before they have come, and vehicles need not wait for each other."""
-    agent = ChannelAgent(scenario(technology="ieee80211p", wait_ms=0.0))
+    agent = LockStepChannel(scenario(technology="ieee80211p", wait_ms=0.0))
     barrier = agent.barrier
     assert barrier is not None
     assert barrier.needs == ()

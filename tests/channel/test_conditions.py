@@ -15,9 +15,9 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
-from zenvoy.channel.agent import ChannelAgent
 from zenvoy.channel.conditions import Conditions, Impairments
 from zenvoy.channel.in_order import InOrder
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import (
     Channel,
@@ -164,7 +164,7 @@ class Ran(NamedTuple):
 
 def run(channel: Channel, cycles: int = 40) -> Ran:
     settings = scenario(channel, cycles)
-    agent, mailbox = ChannelAgent(settings), Mailbox()
+    agent, mailbox = LockStepChannel(settings), Mailbox()
     columns: list[dict[str, Ints]] = []
     heard: dict[tuple[int, int, int], int] = {}
     for cycle in range(cycles):

@@ -11,7 +11,7 @@ from tests.logs import write_log
 from zenvoy.analysis import load as load_log
 from zenvoy.bus import InProcessBus
 from zenvoy.bus.log_format import Fingerprint
-from zenvoy.channel.agent import ChannelAgent
+from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.scenarios import (
     Channel,
     InvalidScenarioError,
@@ -35,7 +35,7 @@ def fingerprint(scenario: Scenario) -> str:
     vehicles = range(1, scenario.fleet.size + 1)
     agents = [LockStepVehicle(scenario, vehicle) for vehicle in vehicles]
     bus = InProcessBus(
-        [WorldAgent(scenario), ChannelAgent(scenario), *agents],
+        [WorldAgent(scenario), LockStepChannel(scenario), *agents],
         lambda topic, time_ns, payload: found.add(str(topic.logged_as), time_ns, payload),
     )
     bus.run()

@@ -1,0 +1,61 @@
+"""The channel in lock-step: it waits for the positions and all beacons of every cycle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.topics import BEACON, POSITIONS, Topic
+from zenvoy.channel.agent import Channel, Sent
+from zenvoy.scenarios import Scenario
+
+
+class LockStepChannel:
+    """One step per cycle: beacons in; receives for the vehicles, links for the world out.
+
+    With v2v_wait 0 the delivery of cycle k holds what arrived by t_k, all of it sent earlier: it
+    goes out as soon as the beacons of cycle k - 1 are in, and the first one at once.
+    """
+
+    role = "channel"
+    name = "channel"
+    vehicles = ()
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._core = Channel(scenario)
+        self._cycles = scenario.cycles
+        self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
+        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
+        self._cycle = -self._ahead
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """Positions and all beacons of the cycle."""
+        if self._cycle == self._cycles:
+            return None
+        if self._cycle < 0:
+            return Barrier(0, 0)
+        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
+        # So the single message comes before those of all vehicles.
+        needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
+        return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
+
+    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """As the channel finds."""
+        return self._core.flaw(topic, vehicle, message)
+
+    def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
+        """Transmit the cycle's frames and deliver what is due."""
+        links = [self._transmit(inbox)] if self._cycle >= 0 else []
+        delivery = self._cycle + self._ahead
+        self._cycle += 1
+        if delivery == self._cycles:
+            return links
+        until_ns = delivery * self._period_ns + self._wait_ns
+        return self._core.air.deliver(delivery, until_ns) + links
+
+    def _transmit(self, inbox: Inbox) -> Envelope:
+        mail = zip(self._vehicles, inbox.with_payloads(BEACON), strict=True)
+        beacons = {vehicle: Sent(*beacon) for vehicle, beacon in mail}
+        return self._core.transmit(inbox.one(POSITIONS), beacons)
