@@ -81,7 +81,7 @@ class Participant(Protocol):
     def vehicles(self) -> tuple[int, ...]:
         """Numbers of the vehicles that it is; none for world and channel."""
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Why a message to it makes no sense, in a word; None where it does. It changes nothing."""
 
 

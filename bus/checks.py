@@ -14,26 +14,15 @@ from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.refusals import ABSURD, FOREIGN, MALFORMED, MISTIMED
+from zenvoy.bus.frame_table import FrameTable, frame_table
+from zenvoy.bus.refusals import ABSURD, FOREIGN, MALFORMED, MISTIMED, RefusedError
 
-_FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 _MODES: Final = range(len(pb.Mode.values()))
 _MOST_MODES: Final = 128  # a varint of one byte
 _OUTCOMES: Final = range(1, len(pb.Outcome.values()))
-_PER_ROW: Final = (
-    "source",
-    "destination",
-    "sequence",
-    "sent_ns",
-    "arrived_ns",
-    "latency_ns",
-    "distance",
-    "outcome",
-)
 
 
-def flaw_of_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
+def fault_in_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
     """Check that a sense is for `vehicle` and from the start of its cycle, `time_ns`."""
     if sense.vehicle != vehicle:
         return FOREIGN
@@ -44,8 +33,8 @@ def flaw_of_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
     return None if isfinite(motion) else ABSURD
 
 
-def flaw_of_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None:
-    """Check a beacon as `flaw_of_sense` checks a sense, and its plan and its sequence number.
+def fault_in_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None:
+    """Check a beacon as `fault_in_sense` checks a sense, and its plan and its sequence number.
 
     A sequence number is at most the cycle: no beacon rule sends faster than once a cycle, and loss
     models step through every number, so that a huge one would keep the channel busy.
@@ -75,7 +64,7 @@ def is_of(payload: bytes, vehicle: int) -> bool:
         return False
 
 
-def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
+def fault_in_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
     """Check that there is a finite position for each vehicle of the fleet."""
     if positions.time_ns != time_ns:
         return MISTIMED
@@ -84,7 +73,7 @@ def flaw_of_positions(positions: pb.Positions, size: int, time_ns: int) -> str |
     return None if isfinite(sum(positions.position)) else ABSURD
 
 
-def flaw_of_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:
+def fault_in_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:
     """Check all but the beacons inside; time_ns None: in real time, any time is right."""
     if receive.vehicle != vehicle:
         return FOREIGN
@@ -95,7 +84,7 @@ def flaw_of_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> s
     return None if in_step else MALFORMED
 
 
-def flaw_of_command(
+def fault_in_command(
     command: pb.Command, vehicle: int, time_ns: int, effective_ns: int
 ) -> str | None:
     """Check that a command was decided at `time_ns` and takes effect at `effective_ns`."""
@@ -111,7 +100,7 @@ def _is_mode(mode: int) -> bool:
     return mode in _MODES or pb.MODE_OWN <= mode < _MOST_MODES
 
 
-def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:
+def fault_in_timing(timing: pb.Timing, size: int) -> str | None:
     """Check a command's report of real time: its frames come from vehicles of the fleet."""
     rows = len(timing.source)
     if len(timing.arrived_ns) != rows or len(timing.came_ns) != rows:
@@ -119,35 +108,29 @@ def flaw_of_timing(timing: pb.Timing, size: int) -> str | None:
     return None if all(1 <= source <= size for source in timing.source) else ABSURD
 
 
-def flaw_of_links(links: pb.Links, size: int, time_ns: int) -> str | None:
-    """Check that the frames have the log's form, the right cycle, and vehicles of the fleet."""
-    if links.time_ns != time_ns:
-        return MISTIMED
-    if not links.frames:  # nothing would do for the frames of cycle 0
-        return MALFORMED
-    try:
-        frames = frames_in(links.frames)
-    except ValueError:
-        return MALFORMED
-    if frames["cycle"] != links.cycle or frames["time_ns"] != time_ns:
-        return MISTIMED
-    if len(frames["busy_ratio"]) not in {0, size}:
-        return MALFORMED
-    ends_fit = _within(frames["source"], range(1, size + 1)) and _within(
-        frames["destination"], range(1, size + 1)
-    )
-    return None if ends_fit and _within(frames["outcome"], _OUTCOMES) else ABSURD
+def table_of(links: pb.Links, size: int, time_ns: int) -> FrameTable:
+    """The table that the channel reports for the cycle that starts at `time_ns`.
 
-
-def frames_in(payload: bytes) -> dict[str, NDArray[Any]]:
-    """Fields of a serialized Frames: columns by frame and receiver; raises ValueError.
-
-    Beside these: cycle, time, `busy_ratio` by vehicle and `hops`, which may both be empty.
+    Raises RefusedError unless it is well formed, of that cycle, and of a fleet of `size` vehicles.
     """
-    table = _FRAMES.decode(payload)
-    rows = len(table["source"])
-    if any(len(table[name]) != rows for name in _PER_ROW) or len(table["hops"]) not in {0, rows}:
-        raise ValueError("columns of frames differ in length")
+    if links.time_ns != time_ns:
+        raise RefusedError(MISTIMED)
+    payload = links.frames
+    if not payload:  # to protobuf this is a table too: one without frames, of cycle 0
+        raise RefusedError(MALFORMED)
+    try:
+        table = frame_table(payload)
+    except ValueError as error:
+        raise RefusedError(MALFORMED) from error
+    columns = table.columns
+    if columns["cycle"] != links.cycle or columns["time_ns"] != time_ns:
+        raise RefusedError(MISTIMED)
+    if len(columns["busy_ratio"]) not in {0, size}:
+        raise RefusedError(MALFORMED)
+    fleet = range(1, size + 1)
+    of_fleet = _within(columns["source"], fleet) and _within(columns["destination"], fleet)
+    if not (of_fleet and _within(columns["outcome"], _OUTCOMES)):
+        raise RefusedError(ABSURD)
     return table
 
 

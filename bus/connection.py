@@ -11,12 +11,13 @@ from typing import Any, Self, cast
 import zenoh
 
 from zenvoy.bus.agent import Envelope, Log, Participant
+from zenvoy.bus.bundles import Bundle, Parcel, unpack
 from zenvoy.bus.errors import PayloadError
-from zenvoy.bus.hosts import Bundle, Host, Parcel, unpack
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import TOPICS, Topic, alive_key, vehicle_name
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.bus.watch import Blame, Watch
 
 
@@ -31,7 +32,7 @@ class Wiring:
     waits_for: tuple[str, ...] = ()  # processes that must be ready before this one says it is
     stall_limit_s: float | None = None
     absent: frozenset[int] = frozenset()  # vehicles that may join later: nobody waits for them
-    shared: tuple[Host, ...] = ()  # processes that are several vehicles
+    shared_processes: tuple[VehicleProcess, ...] = ()  # those that run several vehicles each
 
 
 class Connection:
@@ -41,8 +42,8 @@ class Connection:
     process it waits for has shown its token; then it shows its own.
     """
 
-    live = False
-    """Whether nobody waits for a reader: what one cannot take is dropped."""
+    realtime = False
+    """Whether it runs in real time: nobody waits for a reader, what it cannot take is dropped."""
 
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
@@ -50,7 +51,9 @@ class Connection:
         self._log = log
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._host_of = {vehicle: host for host in wiring.shared for vehicle in host.vehicles}
+        self._shared_by = {
+            vehicle: process for process in wiring.shared_processes for vehicle in process.vehicles
+        }
         self._keys = {
             (topic, vehicle): self._key(topic, vehicle)
             for topic in TOPICS
@@ -64,7 +67,7 @@ class Connection:
         self._alive: zenoh.Subscriber[Any] | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
-        shared = (host.name for host in wiring.shared)
+        shared = (process.name for process in wiring.shared_processes)
         self._names = frozenset({*wiring.waits_for, *names, *shared})
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before anybody is waited for."""
@@ -81,7 +84,7 @@ class Connection:
     def __enter__(self) -> Self:
         self._watch.__enter__()
         wiring = self._wiring
-        self._session = open_session(wiring.listen, wiring.connect, live=self.live)
+        self._session = open_session(wiring.listen, wiring.connect, realtime=self.realtime)
         try:
             self.on_open(self._session)
             self._subscribe()
@@ -112,8 +115,8 @@ class Connection:
     def send(self, envelopes: Iterable[Envelope]) -> None:
         """Log messages, publish them, or both, as their topics say, in order.
 
-        What is of the vehicles of one process goes together, as far as it goes into a message:
-        with the last of them, or in the end.
+        Messages of one stream that belong to a shared process are bundled. A bundle is published
+        when it is full, when it has a message of each vehicle, or else at the end.
         """
         bundles: dict[str, Bundle] = {}
         for topic, vehicle, payload, time_ns in envelopes:
@@ -121,15 +124,15 @@ class Connection:
                 self._log(topic, time_ns, payload)
             if topic.pattern is None:
                 continue
-            key, host = self._keys[topic, vehicle], self._host_of.get(vehicle)
-            if host is None:
+            key, process = self._keys[topic, vehicle], self._shared_by.get(vehicle)
+            if process is None:
                 self._publish(key, payload)
                 continue
             bundle = bundles.setdefault(key, Bundle())
             if not bundle.has_room(payload):
                 self._publish(key, bundle.pack())
             bundle.add(vehicle, payload)
-            if len(bundle) == len(host.vehicles):
+            if len(bundle) == len(process.vehicles):
                 self._publish(key, bundle.pack())
         for key, bundle in bundles.items():
             if len(bundle):
@@ -149,9 +152,9 @@ class Connection:
             publisher.put(piece, attachment=attachment)
 
     def _key(self, topic: Topic[Any], vehicle: int) -> str:
-        """Key of a topic of a vehicle (0: none), or of the process that it shares."""
-        host, run = self._host_of.get(vehicle), self._wiring.run
-        return topic.key(run, vehicle) if host is None else topic.shared_key(run, host.name)
+        """Key of a topic of a vehicle (0: none), or of its shared process."""
+        process, run = self._shared_by.get(vehicle), self._wiring.run
+        return topic.key(run, vehicle) if process is None else topic.shared_key(run, process.name)
 
     def lost_processes(self) -> list[str]:
         """Processes whose tokens have gone since the last call."""
@@ -214,12 +217,12 @@ class Connection:
     def _handler(self, topic: Topic[Any]) -> Any:
         """First hook: where Zenoh puts the samples of a topic, a queue or a callback.
 
-        ZenohBus and LiveBus each define it; they may define `_blame` and `_stuck` too.
+        ZenohBus and RealtimeBus each define it; they may define `_blame` and `_stuck` too.
         """
         raise NotImplementedError  # no ABC: it must not have the optional hook _stuck (ruff B027)
 
     def _declare_publishers(self) -> None:
-        full = zenoh.CongestionControl.DROP if self.live else zenoh.CongestionControl.BLOCK
+        full = zenoh.CongestionControl.DROP if self.realtime else zenoh.CongestionControl.BLOCK
         for key in self._written(self._wiring.vehicles):
             self._publishers[key] = self._session.declare_publisher(key, congestion_control=full)
 
@@ -279,8 +282,10 @@ class Connection:
         """Name of the process of a role, or of a vehicle."""
         if role != "vehicle":
             return role
-        host = self._host_of.get(vehicle)
-        return vehicle_name(vehicle, len(self._wiring.vehicles)) if host is None else host.name
+        process = self._shared_by.get(vehicle)
+        return (
+            vehicle_name(vehicle, len(self._wiring.vehicles)) if process is None else process.name
+        )
 
     def _idle(self) -> None:
         self.on_idle()
@@ -298,7 +303,7 @@ class Connection:
                 continue
             streams = whose[topic] = {}
             for vehicle in (agent.vehicles or self._wiring.vehicles) if topic.per_vehicle else (0,):
-                host = self._host_of.get(vehicle)
-                shared = vehicle if host is None else frozenset(host.vehicles)
-                streams[self._keys[topic, vehicle]] = shared
+                process = self._shared_by.get(vehicle)
+                vehicles = vehicle if process is None else frozenset(process.vehicles)
+                streams[self._keys[topic, vehicle]] = vehicles
         return whose

@@ -11,9 +11,9 @@ import zenoh
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import NoAnswerError
-from zenvoy.bus.hosts import Host
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import alive_key, processes_key, scenario_key
+from zenvoy.bus.vehicle_processes import VehicleProcess
 
 Answer = Callable[[], bytes]
 
@@ -21,7 +21,7 @@ Answer = Callable[[], bytes]
 class Standing(NamedTuple):
     """Where a run stands: its effective scenario, as JSON, and its processes.
 
-    present: those that are there. shared: the vehicles of each that is several, there or not.
+    present: those that are there. shared: the vehicles of each shared process, there or not.
     """
 
     scenario: bytes
@@ -30,7 +30,7 @@ class Standing(NamedTuple):
 
 
 def offer(
-    session: zenoh.Session, run: str, shared: Sequence[Host], scenario: Answer
+    session: zenoh.Session, run: str, shared: Sequence[VehicleProcess], scenario: Answer
 ) -> tuple[object, ...]:
     """Answer whoever asks for the standing of `run`, for as long as the result is kept.
 
@@ -43,7 +43,7 @@ def offer(
         (present.add if sample.kind == zenoh.SampleKind.PUT else present.discard)(name)
 
     def processes() -> bytes:
-        several = {host.name: host.vehicles for host in shared}
+        several = {process.name: process.vehicles for process in shared}
         return json.dumps({"present": sorted(present), "shared": several}).encode()
 
     return (
@@ -57,7 +57,7 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
     """Standing of the run whose world is at one of the endpoints; raises NoAnswerError."""
     try:
         # On the default transport: a listener takes it beside the low-latency one.
-        session = open_session([], connect, live=True)
+        session = open_session([], connect, realtime=True)
     except zenoh.ZError as error:
         raise NoAnswerError(
             f"{', '.join(connect)}: no endpoint such as tcp/<host>:<port> or unixsock-stream/<path>"

@@ -44,8 +44,8 @@ class Mailbox:
         slot = self._mail.get((topic, cycle))
         if slot is not None and vehicle in slot:
             return self._refuse(DUPLICATE)
-        if self._check is not None and (flaw := self._check(topic, vehicle, message)) is not None:
-            return self._refuse(flaw)
+        if self._check is not None and (fault := self._check(topic, vehicle, message)) is not None:
+            return self._refuse(fault)
         if slot is None:
             slot = self._mail[topic, cycle] = {}
         slot[vehicle] = (message, payload)

@@ -95,6 +95,20 @@ class PackedCodec:
             at += size
         return found
 
+    def with_column(self, payload: bytes, name: str, values: NDArray[Any]) -> bytes:
+        """The same message with other numbers in a column, as many as there are.
+
+        Raises ValueError as `spans` does, and where their number differs.
+        """
+        _, dtype, _ = self._tags[name]
+        at, size = self.spans(payload).get(name, (0, 0))
+        data = np.asarray(values, dtype=dtype).tobytes()
+        if len(data) != size:
+            raise ValueError(
+                f"field {name} has {size // dtype.itemsize} numbers, not {len(values)}"
+            )
+        return payload[:at] + data + payload[at + size :]
+
     def fields(self) -> dict[str, tuple[np.dtype[Any], bool]]:
         """Type of each field's numbers, and whether it is a column, by name."""
         return {name: (dtype, repeated) for name, (_, dtype, repeated) in self._tags.items()}

@@ -20,6 +20,14 @@ _MOST_TOLD: Final = 20
 _LONGEST_SOURCE: Final = 100
 
 
+class RefusedError(Exception):
+    """A message is refused, for one of the reasons above."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
 class Refusals:
     """Refused messages of one process; what is told goes to its log, by way of stderr."""
 

@@ -22,7 +22,7 @@ _FEW_WORKERS: Final = (
 
 # In real time nobody may have to wait for a process that is stopped: what it does not read is
 # queued, 16 batches of 64 KiB at most, and then dropped. The low-latency transport would block.
-_LIVE: Final[dict[str, object]] = {
+_IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/unicast/lowlatency": False,
     "transport/link/tx/queue/size/data": 16,
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,  # µs
@@ -32,12 +32,12 @@ _GIVES_WAY: Final = 5  # a third of the weight
 
 
 def open_session(
-    listen: Sequence[str], connect: Sequence[str], *, live: bool = False
+    listen: Sequence[str], connect: Sequence[str], *, realtime: bool = False
 ) -> zenoh.Session:
     """Peer session on explicit endpoints: no scouting, no relay.
 
-    For lock-step on the low-latency transport, which blocks where a peer does not read; `live`: on
-    the default one. Both ends of a link must be of the same kind.
+    Lock-step uses the low-latency transport, which blocks where a peer does not read. Real time
+    uses the default one. Both ends of a link must be of the same kind.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _FEW_WORKERS)
     settings: dict[str, object] = {
@@ -59,7 +59,7 @@ def open_session(
         "transport/shared_memory/enabled": False,
     }
     config = zenoh.Config()
-    for key, value in (settings | (_LIVE if live else {})).items():
+    for key, value in (settings | (_IN_REAL_TIME if realtime else {})).items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
 

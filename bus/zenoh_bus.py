@@ -26,7 +26,7 @@ class ZenohBus(Connection):
     """
 
     def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
-        self._mailbox = Mailbox(agent.flaw)
+        self._mailbox = Mailbox(agent.fault_in)
         super().__init__(agent, wiring, log)
         self._agent = agent
         self._barrier: Barrier | None = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.checks import flaw_of_beacon, flaw_of_positions
+from zenvoy.bus.checks import fault_in_beacon, fault_in_positions
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
 from zenvoy.channel.delivery import Air
@@ -30,7 +30,7 @@ class Sent(NamedTuple):
 class Channel:
     """The channel of a scenario, and the frames that are in flight (`air`).
 
-    It transmits the frames of a cycle when it is told to. `lock_step` and `live` say when, and
+    It transmits the frames of a cycle when it is told to. `lock_step` and `realtime` say when, and
     when `air` delivers.
     """
 
@@ -41,12 +41,12 @@ class Channel:
         self._transmission = Transmission(scenario)
         self.air = Air(self._size)
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Positions and beacons are of the start of their cycle, and of all in the fleet."""
         start_ns = message.cycle * self._period_ns
         if topic is POSITIONS:
-            return flaw_of_positions(message, self._size, start_ns)
-        return flaw_of_beacon(message, vehicle, start_ns)
+            return fault_in_positions(message, self._size, start_ns)
+        return fault_in_beacon(message, vehicle, start_ns)
 
     @property
     def least_latency_ns(self) -> int:

@@ -41,9 +41,9 @@ class LockStepChannel:
         needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
         return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As the channel finds."""
-        return self._core.flaw(topic, vehicle, message)
+        return self._core.fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Transmit the cycle's frames and deliver what is due."""

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from zenvoy.bus.connection import Wiring
-from zenvoy.bus.live import LiveBus
+from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.zenoh_bus import ZenohBus
-from zenvoy.channel.live import LiveChannel
 from zenvoy.channel.lock_step import LockStepChannel
+from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.scenarios import Scenario
 
 
 def run_channel(scenario: Scenario, wiring: Wiring) -> None:
     """Carry frames to the end of the run, in real time until asked to end; raises BusError."""
     if scenario.clock == "realtime":
-        with LiveBus(LiveChannel(scenario), wiring, scenario.speed) as live:
-            live.run()
+        with RealtimeBus(RealtimeChannel(scenario), wiring, scenario.speed) as bus:
+            bus.run()
         return
     with ZenohBus(LockStepChannel(scenario), wiring) as bus:
         bus.run()

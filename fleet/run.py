@@ -13,10 +13,10 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
-from zenvoy.bus.hosts import hosts
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.log_format import EFFECTIVE
 from zenvoy.bus.text import utf8
+from zenvoy.bus.vehicle_processes import vehicle_processes
 from zenvoy.fleet.agents import agents_of
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.engine import Engine
@@ -120,7 +120,7 @@ def _run_on_processes(
     """
     scenario = loaded.scenario
     require_no_session()
-    require_room_for(len(hosts(scenario.fleet.size, per_process, guests.without)) + 2)
+    require_room_for(len(vehicle_processes(scenario.fleet.size, per_process, guests.without)) + 2)
     sockets = socket_folder()  # paths of sockets are short by law, those of runs are not
     labels = labels_of(loaded, "zenoh", per_process)
     met = meeting(labels.run, sockets, guests.listen)

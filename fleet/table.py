@@ -12,8 +12,8 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.connection import Wiring
-from zenvoy.bus.hosts import Host, hosts
 from zenvoy.bus.topics import vehicle_name
+from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
 from zenvoy.fleet.guests import Meeting
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
@@ -22,7 +22,7 @@ from zenvoy.fleet.spawn import Program
 from zenvoy.laws import builtin
 from zenvoy.laws.by_name import ESTIMATORS
 from zenvoy.scenarios import Scenario, modes
-from zenvoy.vehicles.process import run_host, run_vehicle
+from zenvoy.vehicles.process import run_vehicle, run_vehicles
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
 
@@ -49,12 +49,12 @@ def process_table(
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
-    live = scenario.clock == "realtime"
-    placed = hosts(size, per_process, without)
-    shared = tuple(host for host in placed if host.is_shared)
+    realtime = scenario.clock == "realtime"
+    placed = vehicle_processes(size, per_process, without)
+    shared = tuple(process for process in placed if process.is_shared)
     guests = tuple(vehicle_name(vehicle, size) for vehicle in sorted(without))
-    awaited = (*(host.name for host in placed), *(() if live else guests))
-    absent = without if live else frozenset[int]()
+    awaited = (*(process.name for process in placed), *(() if realtime else guests))
+    absent = without if realtime else frozenset[int]()
     has_own_code = scenario.estimator.kind not in ESTIMATORS.taken() or any(
         model not in builtin() for model in modes(scenario)
     )
@@ -66,7 +66,7 @@ def process_table(
         waits_for=("channel", *awaited),
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
-        shared=shared,
+        shared_processes=shared,
     )
     channel_wiring = Wiring(
         run=labels.run,
@@ -76,10 +76,10 @@ def process_table(
         waits_for=awaited,
         stall_limit_s=scenario.stall_limit_s * patience,
         absent=absent,
-        shared=shared,
+        shared_processes=shared,
     )
-    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect, shared=shared)
-    row = partial(Program, run=labels.run, prefer=prefer_latency if live else prefer_throughput)
+    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect, shared_processes=shared)
+    row = partial(Program, run=labels.run, prefer=prefer_latency if realtime else prefer_throughput)
     return [
         row(
             name="world",
@@ -98,16 +98,16 @@ def process_table(
         ),
         row(name="channel", main=partial(_in_private, sockets, scenario, channel_wiring)),
         *(
-            row(name=host.name, main=_of(host, scenario, wiring), essential=not live)
-            for host in placed
+            row(name=process.name, main=_of(process, scenario, wiring), essential=not realtime)
+            for process in placed
         ),
     ]
 
 
-def _of(host: Host, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
-    if host.is_shared:
-        return partial(run_host, scenario, host, wiring)
-    return partial(run_vehicle, scenario, host.vehicles[0], wiring)
+def _of(process: VehicleProcess, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
+    if process.is_shared:
+        return partial(run_vehicles, scenario, process, wiring)
+    return partial(run_vehicle, scenario, process.vehicles[0], wiring)
 
 
 def _in_private(sockets: Path, scenario: Scenario, wiring: Wiring) -> None:

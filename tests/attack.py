@@ -26,10 +26,11 @@ import zenoh
 from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.hosts import Host, hosts, pack, unpack
+from zenvoy.bus.bundles import pack, unpack
 from zenvoy.bus.mailbox import WINDOW
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
+from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.folder import make_folder
 from zenvoy.fleet.guests import meeting
@@ -38,7 +39,7 @@ from zenvoy.fleet.spawn import Program
 from zenvoy.fleet.supervisor import Supervisor
 from zenvoy.fleet.table import process_table
 from zenvoy.scenarios import load
-from zenvoy.vehicles.process import run_host, run_vehicle
+from zenvoy.vehicles.process import run_vehicle, run_vehicles
 
 READ: Final = (SENSE, BEACON, RECEIVE, COMMAND, POSITIONS, LINKS)
 MARK: Final = 2.8125
@@ -204,18 +205,18 @@ def _arrives_at_another_time(seen: Seen, payload: bytes) -> bool:
 class Bundler:
     """Where vehicles share a process: takes real bundles apart, puts mutants into such bundles."""
 
-    def __init__(self, run: str, shared: Sequence[Host], seed: int) -> None:
+    def __init__(self, run: str, shared: Sequence[VehicleProcess], seed: int) -> None:
         self._random = random.Random(seed)
         self._topics = {
-            topic.shared_key(run, host.name): topic
-            for host in shared
+            topic.shared_key(run, process.name): topic
+            for process in shared
             for topic in READ
             if topic.per_vehicle
         }
         self._places = {
-            topic.key(run, vehicle): (topic.shared_key(run, host.name), host, vehicle)
-            for host in shared
-            for vehicle in host.vehicles
+            topic.key(run, vehicle): (topic.shared_key(run, process.name), process, vehicle)
+            for process in shared
+            for vehicle in process.vehicles
             for topic in READ
             if topic.per_vehicle
         }
@@ -234,8 +235,8 @@ class Bundler:
         key, payload, attachment = mutant
         if key not in self._places or payload is None:
             return mutant
-        shared, host, vehicle = self._places[key]
-        stranger = self._random.choice([0, max(host.vehicles) + 1, 2**32 - 1])
+        shared, process, vehicle = self._places[key]
+        stranger = self._random.choice([0, max(process.vehicles) + 1, 2**32 - 1])
         bundle = pack([(vehicle, payload)])
         twice = pack([(vehicle, payload), (vehicle, payload)])
         made = self._random.choice(
@@ -243,9 +244,9 @@ class Bundler:
             + [
                 twice,
                 pack([(vehicle, payload), (stranger, payload)]),
-                pack([(vehicle, payload), (host.vehicles[0], b"")]),
+                pack([(vehicle, payload), (process.vehicles[0], b"")]),
                 bundle[: self._random.randrange(len(bundle))],
-                pb.Bundle(vehicle=host.vehicles, payload=[payload]).SerializeToString(),
+                pb.Bundle(vehicle=process.vehicles, payload=[payload]).SerializeToString(),
                 b"",
             ]
         )
@@ -258,14 +259,14 @@ class Turns:
     So as many mutants come in a cycle on a machine that is busy as on one that is idle.
     """
 
-    def __init__(self, *, live: bool) -> None:
-        self._live = live
+    def __init__(self, *, realtime: bool) -> None:
+        self._realtime = realtime
         self._cycles, self._answers = os.pipe(), os.pipe()
 
     def take(self, clock: pb.Clock) -> None:
         """Say the cycle, and wait; in the world."""
         os.write(self._cycles[1], clock.cycle.to_bytes(_BYTES))
-        if not self._live:
+        if not self._realtime:
             os.read(self._answers[0], 1)
 
     def next(self) -> int:
@@ -283,10 +284,10 @@ _BYTES: Final = 4
 def attack(
     run: str,
     size: int,
-    shared: Sequence[Host],
+    shared: Sequence[VehicleProcess],
     links: tuple[str, list[str]],
     per_cycle: int,
-    live: bool,
+    realtime: bool,
     turns: Turns,
 ) -> None:
     """Send `per_cycle` mutants in each cycle from FIRST_CYCLE on; `links`: where to listen, to go.
@@ -296,7 +297,7 @@ def attack(
     """
     listen, connect = links
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
-    with open_session([listen], connect, live=live) as session:
+    with open_session([listen], connect, realtime=realtime) as session:
         topics = streams(run, size)
         mutator, bundler = Mutator(run, size, seed=1), Bundler(run, shared, seed=1)
         while turns.next() < 2:
@@ -304,7 +305,7 @@ def attack(
         heard = session.declare_subscriber(
             f"zenvoy/{run}/**", zenoh.handlers.RingChannel(1_000), allowed_origin=_OTHERS
         )
-        drop = zenoh.CongestionControl.DROP if live else zenoh.CongestionControl.BLOCK
+        drop = zenoh.CongestionControl.DROP if realtime else zenoh.CongestionControl.BLOCK
         while True:
             turns.done()
             cycle = turns.next()
@@ -334,8 +335,8 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
     folder = make_folder(out, loaded.name)
     labels = labels_of(loaded, "zenoh", per_process)
     deaths: list[Death] = []
-    live = loaded.scenario.clock == "realtime"
-    turns = Turns(live=live)
+    realtime = loaded.scenario.clock == "realtime"
+    turns = Turns(realtime=realtime)
     with tempfile.TemporaryDirectory(prefix="zt-") as sockets:
         met = meeting(labels.run, Path(sockets), ())
         table = process_table(
@@ -349,12 +350,12 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
         )
         here = f"unixsock-stream/{sockets}/attacker"
         size = loaded.scenario.fleet.size
-        shared = [host for host in hosts(size, per_process) if host.is_shared]
+        shared = [process for process in vehicle_processes(size, per_process) if process.is_shared]
         links = here, list(met.connect)
         attacker = Program(
             name="attacker",
             run=labels.run,
-            main=partial(attack, labels.run, size, shared, links, per_cycle, live, turns),
+            main=partial(attack, labels.run, size, shared, links, per_cycle, realtime, turns),
             essential=False,
         )
         programs = [*(_within_reach(program, here) for program in table), attacker]
@@ -370,7 +371,7 @@ def _within_reach(program: Program, attacker: str) -> Program:
     """The program, with a link to the attacker where it is a vehicle's."""
     main = program.main
     assert isinstance(main, partial)
-    if main.func not in {run_vehicle, run_host}:
+    if main.func not in {run_vehicle, run_vehicles}:
         return program
     scenario, which, wiring = main.args
     linked = replace(wiring, connect=(*wiring.connect, attacker))

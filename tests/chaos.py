@@ -167,7 +167,7 @@ def watching(out: Path) -> Iterator[Watcher]:
     """Watch the clock of the run in a folder."""
     watcher = Watcher()
     met = read_meeting(out)
-    with open_session([], met.world[:1], live=True) as session:
+    with open_session([], met.world[:1], realtime=True) as session:
         session.declare_subscriber(CLOCK.key(met.run), watcher.hear)
         yield watcher
 

@@ -158,7 +158,7 @@ def test_every_package_is_looked_at() -> None:
         ("studies", "from zenvoy.errors import RunError"),
         ("zenvoy", "from zenvoy.cli import exits"),
         ("zenvoy", "import zenvoy.world.agent"),
-        ("studies", "from zenvoy.world.agent import WorldAgent"),
+        ("studies", "from zenvoy.world.lock_step import LockStepWorld"),
         ("analysis", "from zenvoy.studies.cell import Cell"),
         ("world", "from zenvoy.fleet.agents import agents_of"),
         ("bus", "from zenvoy.scenarios import Scenario"),

@@ -1,4 +1,4 @@
-"""Live agents in this process, on a clock that waits for nobody: what real time is without load."""
+"""Agents of real time in this process, on a clock that stands while one acts: without any load."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.in_process import InProcessBus
-from zenvoy.bus.live import LiveAgent, Post
+from zenvoy.bus.realtime import Post, RealtimeAgent
 from zenvoy.bus.topics import Topic
-from zenvoy.channel.live import LiveChannel
+from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.live import LiveVehicle
-from zenvoy.world.live import LiveWorld
+from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.world.realtime import RealtimeWorld
 
 Logged = list[tuple[str, int, bytes]]
 Delay = Callable[[Envelope, int], int | None]
@@ -21,12 +21,12 @@ Delay = Callable[[Envelope, int], int | None]
 
 
 class VirtualBus:
-    """Drives agents as LiveBus does, but for the clock: it stands while somebody acts."""
+    """Drives agents as RealtimeBus does, but for the clock: it stands while somebody acts."""
 
-    def __init__(self, agents: Sequence[LiveAgent], delay: Delay = lambda *_: 0) -> None:
+    def __init__(self, agents: Sequence[RealtimeAgent], delay: Delay = lambda *_: 0) -> None:
         self._agents = agents  # at the same instant the first acts first
         self._delay = delay
-        self._on_the_way: list[tuple[int, int, LiveAgent, Envelope]] = []
+        self._on_the_way: list[tuple[int, int, RealtimeAgent, Envelope]] = []
         self._sent = 0
         self.refused = 0
         self.logged: Logged = []
@@ -69,22 +69,22 @@ class VirtualBus:
         self._on_the_way.remove(entry)
         *_, agent, (topic, vehicle, payload, _) = entry
         post = Post(topic, vehicle, topic.decode(payload), payload, now_ns)
-        self.refused += not agent.hear(post)
+        self.refused += agent.take_in(post) is not None
 
 
-def live_agents(scenario: Scenario) -> list[LiveAgent]:
+def realtime_agents(scenario: Scenario) -> list[RealtimeAgent]:
     """Those of a run, in the order in which they act where they act at the same instant."""
     vehicles = range(1, scenario.fleet.size + 1)
     return [
-        LiveChannel(scenario),
-        LiveWorld(scenario),
-        *(LiveVehicle(scenario, vehicle) for vehicle in vehicles),
+        RealtimeChannel(scenario),
+        RealtimeWorld(scenario),
+        *(RealtimeVehicle(scenario, vehicle) for vehicle in vehicles),
     ]
 
 
 def in_virtual_time(scenario: Scenario, delay: Delay = lambda *_: 0) -> Logged:
     """What a run in real time logs where messages take as long as `delay` says."""
-    bus = VirtualBus(live_agents(scenario), delay)
+    bus = VirtualBus(realtime_agents(scenario), delay)
     bus.run()
     return bus.logged
 

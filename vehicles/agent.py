@@ -7,7 +7,7 @@ from functools import partial
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.checks import flaw_of_receive, flaw_of_sense
+from zenvoy.bus.checks import fault_in_receive, fault_in_sense
 from zenvoy.bus.refusals import ABSURD
 from zenvoy.bus.topics import BEACON, COMMAND, vehicle_name
 from zenvoy.keyed_random.draws import Purpose, uniforms
@@ -26,7 +26,7 @@ from zenvoy.vehicles.neighbours import neighbours
 class Vehicle:
     """Vehicle `vehicle` of 1..size; it knows of the others what its radar and its radio say.
 
-    In each cycle it first takes in its sense, then decides. `lock_step` and `live` say when.
+    In each cycle it first takes in its sense, then decides. `lock_step` and `realtime` say when.
     """
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
@@ -51,21 +51,21 @@ class Vehicle:
         self._memory, self._seed = Memory(), scenario.seed
         self._cycle = 0  # of the newest sense
 
-    def flaw_of_sense(self, sense: pb.Sense) -> str | None:
+    def fault_in_sense(self, sense: pb.Sense) -> str | None:
         """What is wrong with a sense; None where it is the vehicle's own, and of its time."""
-        return flaw_of_sense(sense, self.vehicle, sense.cycle * self._period_ns)
+        return fault_in_sense(sense, self.vehicle, sense.cycle * self._period_ns)
 
-    def flaw_of_receive(
+    def fault_in_receive(
         self, receive: pb.Receive, time_ns: int | None, sent_by_ns: int
     ) -> str | None:
         """What is wrong with frames; None where those that count make sense.
 
         `time_ns`: when they are to come, where that is known; no beacon is sent after `sent_by_ns`.
         """
-        flaw = flaw_of_receive(receive, self.vehicle, time_ns)
-        if flaw is None and not self._known.radio.understands(receive, sent_by_ns):
+        fault = fault_in_receive(receive, self.vehicle, time_ns)
+        if fault is None and not self._known.radio.understands(receive, sent_by_ns):
             return ABSURD
-        return flaw
+        return fault
 
     def sense(self, sense: pb.Sense) -> Envelope:
         """Take in the sense of a new cycle; returns the beacon. Raises LawError."""

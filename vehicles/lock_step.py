@@ -35,12 +35,12 @@ class LockStepVehicle:
             return Barrier(start_ns, self._cycle, self._needs_sense)
         return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Senses and receives are its own and of their time; the beacons that count make sense."""
         if topic is SENSE:
-            return self._core.flaw_of_sense(message)
+            return self._core.fault_in_sense(message)
         start_ns = message.cycle * self._period_ns
-        return self._core.flaw_of_receive(message, start_ns + self._wait_ns, start_ns)
+        return self._core.fault_in_receive(message, start_ns + self._wait_ns, start_ns)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Beacon on a sense, command on a receive. Raises LawError."""

@@ -7,14 +7,14 @@ from collections.abc import Callable
 import zenoh
 
 from zenvoy.bus.connection import Wiring
-from zenvoy.bus.hosts import Host
-from zenvoy.bus.live import LiveBus
+from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.session import give_way
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.hosted import HostedVehicles, LiveHostedVehicles
-from zenvoy.vehicles.live import LiveVehicle
 from zenvoy.vehicles.lock_step import LockStepVehicle
+from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.vehicles.shared_process import LockStepVehicles, RealtimeVehicles
 
 
 def run_vehicle(
@@ -28,24 +28,24 @@ def run_vehicle(
     `on_joined` is called once the others know of the vehicle, before its first cycle.
     """
     if scenario.clock == "realtime":
-        _drive(LiveBus(LiveVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)
+        _drive(RealtimeBus(RealtimeVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)
     else:
         _drive(ZenohBus(LockStepVehicle(scenario, vehicle), wiring), on_joined)
 
 
-def run_host(scenario: Scenario, host: Host, wiring: Wiring) -> None:
+def run_vehicles(scenario: Scenario, process: VehicleProcess, wiring: Wiring) -> None:
     """Drive the vehicles of a process as `run_vehicle` drives one."""
     if scenario.clock == "realtime":
-        _drive(LiveBus(LiveHostedVehicles(scenario, host), wiring, scenario.speed))
+        _drive(RealtimeBus(RealtimeVehicles(scenario, process), wiring, scenario.speed))
     else:
-        _drive(ZenohBus(HostedVehicles(scenario, host), wiring))
+        _drive(ZenohBus(LockStepVehicles(scenario, process), wiring))
 
 
 def _drive(
-    bus: ZenohBus | LiveBus, on_joined: Callable[[zenoh.Session], None] = lambda _: None
+    bus: ZenohBus | RealtimeBus, on_joined: Callable[[zenoh.Session], None] = lambda _: None
 ) -> None:
     with bus:
         on_joined(bus.session)
-        if isinstance(bus, LiveBus):
+        if isinstance(bus, RealtimeBus):
             give_way()
         bus.run()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -28,7 +28,7 @@ class Chronicle:
         self._period_ns = scenario.period_ns
 
     def write(
-        self, now_ns: int, commands: Sequence[pb.Command], collided: Sequence[int]
+        self, now_ns: int, commands: Iterable[pb.Command], collided: Sequence[int]
     ) -> list[Envelope]:
         """Entries for a step of the world at `now_ns`; `collided` holds indices of followers."""
         events = self._fallbacks(commands)
@@ -46,7 +46,7 @@ class Chronicle:
         event.cycle = event.time_ns // self._period_ns
         return Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns)
 
-    def _fallbacks(self, commands: Sequence[pb.Command]) -> list[pb.Event]:
+    def _fallbacks(self, commands: Iterable[pb.Command]) -> list[pb.Event]:
         events = []
         for command in commands:
             falls = command.mode == pb.MODE_FALLBACK_FM

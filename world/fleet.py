@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
@@ -43,11 +43,15 @@ class Fleet:
         a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
         return acting(self.speed, a)
 
-    def command(self, commands: Sequence[pb.Command]) -> None:
+    def command(self, commands: Iterable[pb.Command]) -> None:
         """Take in commands, to be applied when they take effect (at once, if that has passed)."""
         for command in commands:
             a = max(-self._limit, min(self._limit, command.acceleration))
             self._coming.setdefault(command.effective_ns, []).append((command.vehicle - 1, a))
+
+    def let_roll(self, vehicle: int, from_ns: int) -> None:
+        """Set the acceleration of a vehicle to 0 from an instant on, until its next command."""
+        self._coming.setdefault(from_ns, []).append((vehicle - 1, 0.0))
 
     def advance_to(self, time_ns: int) -> list[int]:
         """Move to `time_ns`; returns the indices of vehicles that ran into the one ahead."""

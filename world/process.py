@@ -12,13 +12,13 @@ from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.bus.joining import offer
-from zenvoy.bus.live import LiveBus
+from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
-from zenvoy.world.agent import WorldAgent
-from zenvoy.world.live import LiveWorld
+from zenvoy.world.lock_step import LockStepWorld
 from zenvoy.world.memory import give_back_large_blocks
+from zenvoy.world.realtime import RealtimeWorld
 from zenvoy.world.recorder import Labels, Recorder
 
 
@@ -47,7 +47,7 @@ def run_world(
         offered: list[object] = []
 
         def on_open(session: zenoh.Session) -> None:
-            offered.extend(offer(session, wiring.run, wiring.shared, lambda: effective))
+            offered.extend(offer(session, wiring.run, wiring.shared_processes, lambda: effective))
 
         bus.on_open = on_open
         try:
@@ -66,14 +66,14 @@ def run_world(
 
 def _world_on_bus(
     scenario: Scenario, wiring: Wiring, recorder: Recorder
-) -> tuple[ZenohBus | LiveBus, Callable[[], None]]:
+) -> tuple[ZenohBus | RealtimeBus, Callable[[], None]]:
     """The bus with the world for the scenario's clock, and what runs it once it is open."""
     if scenario.clock == "realtime":
-        world = LiveWorld(scenario)
-        live = LiveBus(world, wiring, scenario.speed, recorder.log)
+        world = RealtimeWorld(scenario)
+        live = RealtimeBus(world, wiring, scenario.speed, recorder.log)
         recorder.overruns = lambda: world.overruns
-        return live, lambda: _run_live(live, world, recorder, scenario, wiring.absent)
-    bus = ZenohBus(WorldAgent(scenario), wiring, recorder.log)
+        return live, lambda: _run_in_real_time(live, world, recorder, scenario, wiring.absent)
+    bus = ZenohBus(LockStepWorld(scenario), wiring, recorder.log)
 
     def run_to_end() -> None:
         recorder.start_clock()
@@ -82,14 +82,14 @@ def _world_on_bus(
     return bus, run_to_end
 
 
-def _run_live(
-    bus: LiveBus,
-    world: LiveWorld,
+def _run_in_real_time(
+    bus: RealtimeBus,
+    world: RealtimeWorld,
     recorder: Recorder,
     scenario: Scenario,
     absent: frozenset[int],
 ) -> None:
-    """Run to the end on the wall clock; processes that go, come back or join are events."""
+    """Run to the end in real time; processes that go, come back or join are events."""
     start_ns = bus.start()
     world.start(start_ns)
     recorder.start_clock(start_ns)
@@ -115,7 +115,7 @@ def _run_live(
     _look_at_channel(world, scenario.beacon_age_limit_ns)
 
 
-def _look_at_channel(world: LiveWorld, limit_ns: int) -> None:
+def _look_at_channel(world: RealtimeWorld, limit_ns: int) -> None:
     """Raise StalledError where the channel has been silent for longer than a time, ns."""
     if world.channel_silent_ns > limit_ns:
         silent_s = world.channel_silent_ns * 1e-9

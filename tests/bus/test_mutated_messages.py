@@ -23,21 +23,21 @@ from hypothesis import strategies as st
 
 from tests.attack import FIRST_CYCLE, MARK, Mutator, Seen, streams
 from tests.conftest import LIMIT_S, Log, read_log, run
-from tests.virtual_time import VirtualBus, in_lock_step, live_agents
+from tests.virtual_time import VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent, Envelope
-from zenvoy.bus.live import Post, admit
 from zenvoy.bus.mailbox import WINDOW, Mailbox
+from zenvoy.bus.realtime import Post, admit
 from zenvoy.bus.refusals import Refusals
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
-from zenvoy.channel.live import LiveChannel
 from zenvoy.channel.lock_step import LockStepChannel
+from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario, load
-from zenvoy.vehicles.live import LiveVehicle
 from zenvoy.vehicles.lock_step import LockStepVehicle
-from zenvoy.world.agent import WorldAgent
-from zenvoy.world.live import LiveWorld
+from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.world.lock_step import LockStepWorld
+from zenvoy.world.realtime import RealtimeWorld
 
 SIZE: Final = 3
 FLEET: Final = """
@@ -166,7 +166,7 @@ class Party:
     """An agent with its mailbox, driven as its process drives it."""
 
     def __init__(self, agent: Agent) -> None:
-        self.agent, self.mailbox = agent, Mailbox(agent.flaw)
+        self.agent, self.mailbox = agent, Mailbox(agent.fault_in)
         self.recorded = Recorded()
 
     def reads(self, topic: Topic[Any], vehicle: int) -> bool:
@@ -232,12 +232,12 @@ def in_some_order(came: list[Seen], random: Random) -> list[Seen]:
 def test_in_real_time_rubbish_changes_nothing_either(
     tmp_path_factory: pytest.TempPathFactory, seed: int
 ) -> None:
-    """As by LiveBus, but without lateness: then the log is that of lock-step, bit for bit."""
-    folder = tmp_path_factory.mktemp("live")
+    """As by RealtimeBus, but without lateness: then the log is that of lock-step, bit for bit."""
+    folder = tmp_path_factory.mktemp("realtime")
     scenario = scenario_of(folder, f"duration_s: 2\n{FLEET}")
-    bus = AttackedBus(live_agents(scenario), seed)
+    bus = AttackedBus(realtime_agents(scenario), seed)
     bus.run()
-    alone = VirtualBus(live_agents(scenario))
+    alone = VirtualBus(realtime_agents(scenario))
     alone.run()
     assert bus.logged == alone.logged
     assert {row for row in bus.logged if row[0] != "/realtime"} == set(in_lock_step(scenario))
@@ -274,7 +274,7 @@ class AttackedBus(VirtualBus):
         except Exception:  # noqa: BLE001  # what it is that cannot be decoded is no matter here
             self.reasons["malformed"] += 1
             return
-        reason = agent.flaw(topic, vehicle, message)
+        reason = agent.fault_in(topic, vehicle, message)
         reason = reason or admit(agent, Post(topic, vehicle, message, payload, now_ns))
         assert reason is not None
         self.reasons[reason] += 1
@@ -370,7 +370,7 @@ BAD: Final[list[tuple[str, Topic[Any], Any]]] = [
 def reader(topic: Topic[Any], folder: Path) -> Agent:
     scenario = scenario_of(folder, f"duration_s: 3\n{FLEET}")
     roles: dict[str | None, Agent] = {
-        "world": WorldAgent(scenario),
+        "world": LockStepWorld(scenario),
         "channel": LockStepChannel(scenario),
         "vehicle": LockStepVehicle(scenario, 1),
     }
@@ -381,7 +381,7 @@ def reader(topic: Topic[Any], folder: Path) -> Agent:
 def test_what_makes_no_sense_does_not_keep_the_real_one_out(
     tmp_path: Path, reason: str, topic: Topic[Any], message: Any
 ) -> None:
-    mailbox = Mailbox(reader(topic, tmp_path).flaw)
+    mailbox = Mailbox(reader(topic, tmp_path).fault_in)
     vehicle, good = GOOD[topic]
     assert mailbox.put(topic, vehicle, message.SerializeToString()) == reason
     assert mailbox.put(topic, vehicle, good.SerializeToString()) is None
@@ -393,7 +393,7 @@ def test_an_unknown_mode_is_refused(tmp_path: Path) -> None:
     """Protobuf keeps any number in an enum, also one that no column of the log can hold."""
     payload = pb.Command(**COMMANDED).SerializeToString() + b"\x30" + b"\xff" * 9 + b"\x01"
     assert pb.Command.FromString(payload).mode == -1
-    assert Mailbox(reader(COMMAND, tmp_path).flaw).put(COMMAND, 1, payload) == "absurd"
+    assert Mailbox(reader(COMMAND, tmp_path).fault_in).put(COMMAND, 1, payload) == "absurd"
 
 
 @pytest.mark.parametrize("cycle", [WINDOW, WINDOW + 1, 10**9, 2**32 - 1])
@@ -406,34 +406,34 @@ def test_what_is_of_a_cycle_that_cannot_have_begun_is_not_kept(cycle: int) -> No
 
 
 def test_in_real_time_a_report_of_the_clock_is_looked_at(tmp_path: Path) -> None:
-    world = LiveWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
+    world = RealtimeWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
 
-    def flaw(**timing: Any) -> str | None:
+    def fault(**timing: Any) -> str | None:
         command = pb.Command(**COMMANDED, timing=pb.Timing(**timing))
-        return world.flaw(COMMAND, 1, command)
+        return world.fault_in(COMMAND, 1, command)
 
-    assert flaw() is None
-    assert flaw(source=[2], arrived_ns=[1], came_ns=[2]) is None
-    assert flaw(source=[2], arrived_ns=[1]) == "malformed"
-    assert flaw(source=[SIZE + 1], arrived_ns=[1], came_ns=[2]) == "absurd"
+    assert fault() is None
+    assert fault(source=[2], arrived_ns=[1], came_ns=[2]) is None
+    assert fault(source=[2], arrived_ns=[1]) == "malformed"
+    assert fault(source=[SIZE + 1], arrived_ns=[1], came_ns=[2]) == "absurd"
 
 
 def test_in_real_time_frames_are_the_fleets_and_have_arrived(tmp_path: Path) -> None:
-    vehicle = LiveVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
+    vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
     good = told().SerializeToString()
     row = {"time_ns": K * T_NS + 1, "arrived_ns": [K * T_NS + 1]}
-    assert vehicle.flaw(RECEIVE, 1, receive(good, **row)) is None
+    assert vehicle.fault_in(RECEIVE, 1, receive(good, **row)) is None
     for change in ({"arrived_ns": [2**62]}, {"arrived_ns": [0]}, {"source": [77]}):
-        assert vehicle.flaw(RECEIVE, 1, receive(good, **{**row, **change})) == "absurd"
+        assert vehicle.fault_in(RECEIVE, 1, receive(good, **{**row, **change})) == "absurd"
 
 
 def test_in_real_time_no_frame_comes_twice(tmp_path: Path) -> None:
-    vehicle = LiveVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
+    vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
 
     def hears(arrived_ns: int, *sequences: int) -> bool:
         beacons = [told(sequence=sequence).SerializeToString() for sequence in sequences]
         message = receive(*beacons, arrived_ns=[arrived_ns] * len(beacons))
-        return vehicle.hear(Post(RECEIVE, 1, message, b"", arrived_ns))
+        return vehicle.take_in(Post(RECEIVE, 1, message, b"", arrived_ns)) is None
 
     assert hears(10**9, 1, 2)
     assert not hears(10**9, 1, 2)
@@ -445,12 +445,12 @@ def test_in_real_time_no_frame_comes_twice(tmp_path: Path) -> None:
 
 
 def test_in_real_time_no_table_of_frames_is_told_of_twice(tmp_path: Path) -> None:
-    world = LiveWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
+    world = RealtimeWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
     while world.due_ns <= K * T_NS:
         world.act(world.due_ns)
 
     def hears(payload: bytes) -> bool:
-        return world.hear(Post(LINKS, 0, pb.Links(**AT, frames=payload), b"", K * T_NS))
+        return world.take_in(Post(LINKS, 0, pb.Links(**AT, frames=payload), b"", K * T_NS)) is None
 
     assert hears(frames())
     assert not hears(frames())
@@ -459,10 +459,10 @@ def test_in_real_time_no_table_of_frames_is_told_of_twice(tmp_path: Path) -> Non
 
 
 def test_in_real_time_positions_of_a_cycle_count_once(tmp_path: Path) -> None:
-    channel = LiveChannel(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
+    channel = RealtimeChannel(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
 
     def hears(cycle: int) -> bool:
-        return channel.hear(Post(POSITIONS, 0, pb.Positions(cycle=cycle), b"", 0))
+        return channel.take_in(Post(POSITIONS, 0, pb.Positions(cycle=cycle), b"", 0)) is None
 
     assert [hears(cycle) for cycle in (6, 6, 7, 5, 1)] == [True, False, True, True, False]
 

@@ -161,3 +161,14 @@ def test_only_numbers_of_fixed_width(kind: Any) -> None:
 @pytest.mark.parametrize("kind", [pb.FleetTruth, pb.FleetRadar, pb.FleetEstimate, pb.FleetCommand])
 def test_every_fleet_message_is_made_of_columns(kind: Any) -> None:
     assert set(PackedCodec(kind.DESCRIPTOR).decode(b"")) == set(kind.DESCRIPTOR.fields_by_name)
+
+
+def test_one_column_is_replaced() -> None:
+    values = {"cycle": 3, "source": [1, 2], "distance": [1.5, 2.5], "outcome": [1, 3]}
+    payload = FRAMES.encode(**values)
+    changed = FRAMES.with_column(payload, "outcome", np.array([2, 3]))
+    assert changed == FRAMES.encode(**values | {"outcome": [2, 3]})
+    with pytest.raises(ValueError, match="field outcome has 2 numbers, not 3"):
+        FRAMES.with_column(payload, "outcome", np.array([1, 2, 3]))
+    with pytest.raises(ValueError, match="field hops has 0 numbers, not 1"):
+        FRAMES.with_column(payload, "hops", np.array([1]))

@@ -1,4 +1,4 @@
-"""A fleet on the wall clock: all of it runs, also without a vehicle, and loses the same frames."""
+"""A fleet in real time: all of it runs, also without a vehicle, and loses the same frames."""
 
 from __future__ import annotations
 
@@ -98,15 +98,15 @@ def test_a_run_completes_on_the_wall_clock(tmp_path: Path, speed: str) -> None:
 
 
 def test_the_same_seed_loses_the_same_frames_as_in_lock_step(tmp_path: Path) -> None:
-    live = fates(run(tmp_path / "live", BURSTS, "--speed", "0.5"))
-    logs = (tmp_path / "live" / "out" / "logs").iterdir()
+    realtime = fates(run(tmp_path / "realtime", BURSTS, "--speed", "0.5"))
+    logs = (tmp_path / "realtime" / "out" / "logs").iterdir()
     assert [file.name for file in logs if file.read_text()] == []  # nothing was refused
     stepped = fates(run(tmp_path / "stepped", BURSTS, "--set", "clock=lock-step"))
-    assert live.items() <= stepped.items()
+    assert realtime.items() <= stepped.items()
     assert len(stepped) == 40 * 5 * 4
-    assert len(live) > len(stepped) / 2  # all, unless a vehicle was kept waiting for a cycle
-    assert 0.1 < sum(lost for lost, _ in live.values()) / len(live) < 0.4
-    assert len({latency_ns for _, latency_ns in live.values()}) > len(live) / 2
+    assert len(realtime) > len(stepped) / 2  # all, unless a vehicle was kept waiting for a cycle
+    assert 0.1 < sum(lost for lost, _ in realtime.values()) / len(realtime) < 0.4
+    assert len({latency_ns for _, latency_ns in realtime.values()}) > len(realtime) / 2
 
 
 def test_a_stopped_vehicle_does_not_end_the_run_and_comes_back(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from zenvoy.scenarios import (
 )
 from zenvoy.scenarios.reading.library import inside
 from zenvoy.vehicles.lock_step import LockStepVehicle
-from zenvoy.world.agent import WorldAgent
+from zenvoy.world.lock_step import LockStepWorld
 
 MINE = "range_m: 200\nbit_rate_mbps: 12\ndelay_ms: [5, 15]\nbroadcast: true\n"
 
@@ -35,7 +35,7 @@ def fingerprint(scenario: Scenario) -> str:
     vehicles = range(1, scenario.fleet.size + 1)
     agents = [LockStepVehicle(scenario, vehicle) for vehicle in vehicles]
     bus = InProcessBus(
-        [WorldAgent(scenario), LockStepChannel(scenario), *agents],
+        [LockStepWorld(scenario), LockStepChannel(scenario), *agents],
         lambda topic, time_ns, payload: found.add(str(topic.logged_as), time_ns, payload),
     )
     bus.run()

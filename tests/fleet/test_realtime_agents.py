@@ -14,12 +14,12 @@ import pytest
 from tests.virtual_time import Logged, in_lock_step, in_virtual_time
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.live import LiveAgent, Post
+from zenvoy.bus.realtime import Post, RealtimeAgent
 from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE, Topic
-from zenvoy.channel.live import LiveChannel
+from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.scenarios import Scenario, load
-from zenvoy.vehicles.live import LiveVehicle
-from zenvoy.world.live import LiveWorld
+from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.world.realtime import RealtimeWorld
 
 DATA = (
     "/fleet/truth",
@@ -51,6 +51,19 @@ fleet: {size: 5}
 control: {beacon_age_limit_ms: 150}
 channel: {technology: 5g-mmwave, loss: {p: 0.3}}
 """,
+    "second copies over a medium with carrier sense": """
+duration_s: 3
+fleet: {size: 8}
+control: {v2v_wait_ms: 30, system_delay_ms: 70}
+channel: {medium: {access: csma}, duplicate: 0.2}
+""",
+    "frames that others pass on": """
+duration_s: 3
+road: {type: open}
+fleet: {size: 8, gap_m: 400}
+control: {model: MBCM, v2v_wait_ms: 60}
+channel: {relay_hops: 3, loss: {p: 0.1}}
+""",
     "many neighbours": """
 duration_s: 3
 fleet: {size: 7, groups: [{name: deaf, vehicles: '2', beacons: false}]}
@@ -71,12 +84,12 @@ def of(topic: str, logged: Logged) -> list[tuple[int, bytes]]:
 @pytest.mark.parametrize("text", SCENARIOS.values(), ids=SCENARIOS.keys())
 def test_without_load_it_is_lock_step_bit_for_bit(tmp_path: Path, text: str) -> None:
     told = scenario(tmp_path, text)
-    live, stepped = in_virtual_time(told), in_lock_step(told)
+    realtime, stepped = in_virtual_time(told), in_lock_step(told)
     for topic in DATA:
-        found, expected = of(topic, live), of(topic, stepped)
+        found, expected = of(topic, realtime), of(topic, stepped)
         assert [at for at, _ in found] == [at for at, _ in expected], topic
         assert found == expected, topic
-    assert len(of("/realtime", live)) == told.cycles
+    assert len(of("/realtime", realtime)) == told.cycles
 
 
 MS = 1_000_000
@@ -120,21 +133,21 @@ def test_the_same_frames_are_lost_whatever_comes_late(tmp_path: Path) -> None:
         digest = hashlib.sha256(envelope.topic.name.encode() + envelope.payload).digest()
         return int.from_bytes(digest[:4], "little") % (9 * MS)
 
-    live, stepped = in_virtual_time(told, jitter), in_lock_step(told)
-    assert fates(live) == fates(stepped)
-    assert len(fates(live)) == 60 * 5 * 4
-    lost = [lost for lost, _ in fates(live).values()]
+    realtime, stepped = in_virtual_time(told, jitter), in_lock_step(told)
+    assert fates(realtime) == fates(stepped)
+    assert len(fates(realtime)) == 60 * 5 * 4
+    lost = [lost for lost, _ in fates(realtime).values()]
     assert 0.1 < np.mean(lost) < 0.4
     told_of = {
         (source, destination, arrived_ns)
-        for row in rows("/realtime", pb.RealTime, live)
+        for row in rows("/realtime", pb.RealTime, realtime)
         for source, destination, arrived_ns in zip(
             row.source, row.destination, row.arrived_ns, strict=True
         )
     }
     due = {
         (source, destination, 100 * MS * sequence + latency_ns)
-        for (source, destination, sequence), (lost, latency_ns) in fates(live).items()
+        for (source, destination, sequence), (lost, latency_ns) in fates(realtime).items()
         if not lost and sequence < 58  # those of the end are not waited for
     }
     assert due <= told_of
@@ -146,11 +159,11 @@ def test_a_frame_that_comes_after_its_decision_is_late(tmp_path: Path) -> None:
     def slow(envelope: Envelope, _: int) -> int:
         return 12 * MS if (envelope.topic, envelope.vehicle) == (RECEIVE, 1) else MS
 
-    live = in_virtual_time(told, slow)
-    for frames in rows("/v2v/frames", pb.Frames, live)[:-1]:
+    realtime = in_virtual_time(told, slow)
+    for frames in rows("/v2v/frames", pb.Frames, realtime)[:-1]:
         outcome = dict(zip(frames.destination, frames.outcome, strict=True))
         assert outcome == {1: pb.OUTCOME_LATE, **dict.fromkeys((2, 3, 4), pb.OUTCOME_DELIVERED)}
-    for row in rows("/realtime", pb.RealTime, live)[1:]:
+    for row in rows("/realtime", pb.RealTime, realtime)[1:]:
         late = np.array(row.came_ns) - np.array(row.arrived_ns)
         to_first = np.array(row.destination) == 1
         assert set(late[to_first]) == {12 * MS}
@@ -159,9 +172,9 @@ def test_a_frame_that_comes_after_its_decision_is_late(tmp_path: Path) -> None:
         assert list(row.decided_ns) == [row.time_ns + 20 * MS] * 4
         assert list(row.commanded_ns) == [row.time_ns + 21 * MS] * 4
         assert row.deadline_ns == row.time_ns + 100 * MS
-    ages = [row.age_ns[3] for row in rows("/fleet/estimate", pb.FleetEstimate, live)]
+    ages = [row.age_ns[3] for row in rows("/fleet/estimate", pb.FleetEstimate, realtime)]
     assert set(ages[1:]) == {0}  # the vehicle behind 4 is 1, which is heard in time
-    ages = [row.age_ns[0] for row in rows("/fleet/estimate", pb.FleetEstimate, live)]
+    ages = [row.age_ns[0] for row in rows("/fleet/estimate", pb.FleetEstimate, realtime)]
     assert set(ages[1:]) == {100 * MS}
 
 
@@ -172,17 +185,17 @@ def test_a_late_command_takes_effect_when_it_comes(tmp_path: Path) -> None:
     def slow(envelope: Envelope, _: int) -> int:
         return 110 * MS if (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
 
-    live = in_virtual_time(told, slow)
-    for row in rows("/fleet/command", pb.FleetCommand, live):
+    realtime = in_virtual_time(told, slow)
+    for row in rows("/fleet/command", pb.FleetCommand, realtime):
         start_ns = row.time_ns - 20 * MS
         on_time, late = start_ns + 100 * MS, start_ns + 130 * MS
         assert list(row.effective_ns) == [on_time, late, on_time, on_time]
-    for timing in rows("/realtime", pb.RealTime, live):
+    for timing in rows("/realtime", pb.RealTime, realtime):
         late_ns = np.array(timing.commanded_ns) - timing.deadline_ns
         assert list(late_ns > 0) == [False, True, False, False]
     # What acts over a period is the command of two cycles ago for 30 ms, and then the next one.
-    decided = [row.acceleration[1] for row in rows("/fleet/command", pb.FleetCommand, live)]
-    acted = [row.acceleration[1] for row in rows("/fleet/truth", pb.FleetTruth, live)]
+    decided = [row.acceleration[1] for row in rows("/fleet/command", pb.FleetCommand, realtime)]
+    acted = [row.acceleration[1] for row in rows("/fleet/truth", pb.FleetTruth, realtime)]
     expected = [0.3 * a + 0.7 * b for a, b in pairwise(decided)]
     assert acted[3 : 3 + 30] == pytest.approx(expected[:30], abs=1e-9)
     assert max(map(abs, expected)) > 0.1
@@ -196,24 +209,24 @@ def test_a_vehicle_that_falls_silent_keeps_its_acceleration_for_a_while(tmp_path
         silent = 1000 * MS <= now_ns < 2500 * MS
         return None if silent and (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
 
-    live = in_virtual_time(told, mute)
+    realtime = in_virtual_time(told, mute)
     # The command of 0.9 s took effect at 1 s; beacons count for 1 s.
-    assert [event for event in events(live) if event[0] > 10] == [
+    assert [event for event in events(realtime) if event[0] > 10] == [
         (pb.EVENT_SILENT, 2, 2000 * MS),
         (pb.EVENT_SILENT_END, 2, 2520 * MS),
     ]
-    truth = rows("/fleet/truth", pb.FleetTruth, live)
-    last = rows("/fleet/command", pb.FleetCommand, live)[9].acceleration[1]
+    truth = rows("/fleet/truth", pb.FleetTruth, realtime)
+    last = rows("/fleet/command", pb.FleetCommand, realtime)[9].acceleration[1]
     acted = [row.acceleration[1] for row in truth]
     assert last < -0.1
     assert acted[11:21] == pytest.approx([last] * 10)
     assert acted[21:26] == [0.0] * 5
-    commands = rows("/fleet/command", pb.FleetCommand, live)
+    commands = rows("/fleet/command", pb.FleetCommand, realtime)
     assert [np.isnan(row.acceleration[1]) for row in commands] == [
         10 <= cycle < 25 for cycle in range(40)
     ]
     assert {row.effective_ns[1] for row in commands[10:25]} == {-1}
-    missing = [row.commanded_ns[1] == -1 for row in rows("/realtime", pb.RealTime, live)]
+    missing = [row.commanded_ns[1] == -1 for row in rows("/realtime", pb.RealTime, realtime)]
     assert missing == [10 <= cycle < 25 for cycle in range(40)]
 
 
@@ -230,21 +243,21 @@ def test_a_vehicle_that_was_stopped_goes_on_with_the_newest_sense(tmp_path: Path
             return back_ns - now_ns + len(inboxes) * MS // 10
         return 0
 
-    live = in_virtual_time(told, stopped)
+    realtime = in_virtual_time(told, stopped)
     assert len(inboxes) > 20
-    told_by = {sequence for source, _, sequence in fates(live) if source == 3}
+    told_by = {sequence for source, _, sequence in fates(realtime) if source == 3}
     assert told_by == {*range(10), *range(25, 40)}
-    commands = rows("/fleet/command", pb.FleetCommand, live)
+    commands = rows("/fleet/command", pb.FleetCommand, realtime)
     decided = [not np.isnan(row.acceleration[2]) for row in commands]
     assert decided == [cycle in told_by for cycle in range(40)]
-    estimate = rows("/fleet/estimate", pb.FleetEstimate, live)[25]
-    truth = rows("/fleet/truth", pb.FleetTruth, live)[25]
+    estimate = rows("/fleet/estimate", pb.FleetEstimate, realtime)[25]
+    truth = rows("/fleet/truth", pb.FleetTruth, realtime)[25]
     assert estimate.speed[2] == pytest.approx(truth.speed[2], abs=3.0)
     assert estimate.mode[2] == pb.MODE_PBCM
 
 
 def test_cycles_keep_to_absolute_deadlines_and_overruns_are_counted(tmp_path: Path) -> None:
-    world = LiveWorld(scenario(tmp_path, QUIET))
+    world = RealtimeWorld(scenario(tmp_path, QUIET))
     told = []
     for cycle, late_ns in enumerate((0, MS, 2 * MS, 350 * MS, 250 * MS, 150 * MS, 50 * MS, 0)):
         if world.due_ns < cycle * 100 * MS:  # late in a cycle: one that is over is told of
@@ -263,15 +276,15 @@ def test_beacons_that_never_come_hold_nobody_up_for_long(tmp_path: Path) -> None
     def mute(envelope: Envelope, _: int) -> int | None:
         return None if (envelope.topic, envelope.vehicle) == (BEACON, 4) else 0
 
-    live = in_virtual_time(told, mute)
-    assert {source for source, *_ in fates(live)} == {1, 2, 3}
+    realtime = in_virtual_time(told, mute)
+    assert {source for source, *_ in fates(realtime)} == {1, 2, 3}
     late = [
         came - arrived
-        for row in rows("/realtime", pb.RealTime, live)
+        for row in rows("/realtime", pb.RealTime, realtime)
         for came, arrived in zip(row.came_ns, row.arrived_ns, strict=True)
     ]
     assert set(late) == {0}
-    outcomes = {o for row in rows("/v2v/frames", pb.Frames, live) for o in row.outcome}
+    outcomes = {o for row in rows("/v2v/frames", pb.Frames, realtime) for o in row.outcome}
     assert outcomes == {pb.OUTCOME_DELIVERED}
 
 
@@ -290,7 +303,7 @@ def receive(source: int, came_ns: int) -> Post:
     return post(RECEIVE, 1, came_ns, message)
 
 
-def due(agent: LiveAgent) -> int | None:
+def due(agent: RealtimeAgent) -> int | None:
     """When it acts next, asked anew each time."""
     return agent.due_ns
 
@@ -300,11 +313,11 @@ def sources(command: Envelope) -> list[int]:
 
 
 def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_path: Path) -> None:
-    vehicle = LiveVehicle(scenario(tmp_path, QUIET), 1)
+    vehicle = RealtimeVehicle(scenario(tmp_path, QUIET), 1)
     assert due(vehicle) is None
     for heard in (receive(2, 15 * MS), receive(3, 25 * MS), sense(0, 30 * MS), receive(4, 31 * MS)):
-        assert vehicle.hear(heard)
-    assert not vehicle.hear(sense(0, 32 * MS))
+        assert vehicle.take_in(heard) is None
+    assert vehicle.take_in(sense(0, 32 * MS)) == "stale"
     assert due(vehicle) == 30 * MS
     (beacon,) = vehicle.act(33 * MS)
     assert beacon.topic is BEACON
@@ -314,7 +327,7 @@ def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_pat
     timing = pb.Command.FromString(command.payload).timing
     assert (timing.sensed_ns, timing.decided_ns) == (30 * MS, 34 * MS)
     assert list(timing.came_ns) == [15 * MS, 25 * MS]
-    vehicle.hear(sense(1, 101 * MS))
+    vehicle.take_in(sense(1, 101 * MS))
     vehicle.act(101 * MS)
     assert due(vehicle) == 120 * MS
     (command,) = vehicle.act(120 * MS)
@@ -322,18 +335,18 @@ def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_pat
 
 
 def test_a_vehicle_that_is_kept_from_its_decision_for_a_cycle_leaves_it(tmp_path: Path) -> None:
-    vehicle = LiveVehicle(scenario(tmp_path, QUIET), 1)
-    vehicle.hear(sense(0, 0))
+    vehicle = RealtimeVehicle(scenario(tmp_path, QUIET), 1)
+    vehicle.take_in(sense(0, 0))
     vehicle.act(0)
     assert vehicle.act(20 * MS + 101 * MS) == []
     assert due(vehicle) is None
-    vehicle.hear(sense(1, 122 * MS))
+    vehicle.take_in(sense(1, 122 * MS))
     vehicle.act(122 * MS)
     (command,) = vehicle.act(122 * MS)
     assert pb.Command.FromString(command.payload).cycle == 1
 
 
-def beacons_to(channel: LiveChannel, size: int) -> Callable[..., None]:
+def beacons_to(channel: RealtimeChannel, size: int) -> Callable[..., None]:
     """Lets it hear of positions, or of a cycle's beacons of some vehicles."""
 
     def hear(topic: Topic[Any], cycle: int, *vehicles: int, came_ns: int = 0) -> None:
@@ -342,9 +355,9 @@ def beacons_to(channel: LiveChannel, size: int) -> Callable[..., None]:
             message = pb.Beacon(**told, vehicle=vehicle, sequence=cycle)
             if topic is POSITIONS:
                 places = pb.Positions(**told, position=range(20 * size, 0, -20))
-                assert channel.hear(post(topic, 0, came_ns, places))
+                assert channel.take_in(post(topic, 0, came_ns, places)) is None
             else:
-                assert channel.hear(post(topic, vehicle, came_ns, message))
+                assert channel.take_in(post(topic, vehicle, came_ns, message)) is None
 
     return hear
 
@@ -352,7 +365,7 @@ def beacons_to(channel: LiveChannel, size: int) -> Callable[..., None]:
 def test_the_channel_waits_longer_where_so_many_are_missing_that_it_is_the_machine(
     tmp_path: Path,
 ) -> None:
-    channel = LiveChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
+    channel = RealtimeChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
     hear = beacons_to(channel, size=8)
     hear(POSITIONS, 0, 0)
     hear(BEACON, 0, 1, 2, 3, 4)
@@ -367,7 +380,7 @@ def test_the_channel_waits_longer_where_so_many_are_missing_that_it_is_the_machi
 def test_late_beacons_wait_for_others_that_are_late(
     tmp_path: Path, in_time: int, airs_ms: int
 ) -> None:
-    channel = LiveChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
+    channel = RealtimeChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
     hear = beacons_to(channel, size=8)
     hear(POSITIONS, 0, 0)
     hear(BEACON, 0, *range(1, in_time + 1))
@@ -383,7 +396,7 @@ def test_late_beacons_wait_for_others_that_are_late(
 def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
     tmp_path: Path,
 ) -> None:
-    channel = LiveChannel(scenario(tmp_path, QUIET))
+    channel = RealtimeChannel(scenario(tmp_path, QUIET))
     hear = beacons_to(channel, size=4)
 
     def frames() -> set[int]:
@@ -414,4 +427,4 @@ def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
     hear(POSITIONS, 2, 0)
     hear(BEACON, 2, 1, 2, 3)
     assert due(channel) == 200 * MS  # 4 was not there the last time
-    assert not channel.hear(post(BEACON, 2, 0, pb.Beacon(cycle=2, vehicle=2)))
+    assert channel.take_in(post(BEACON, 2, 0, pb.Beacon(cycle=2, vehicle=2))) == "stale"

@@ -1,4 +1,4 @@
-"""A vehicle on the wall clock: it senses at once, and decides at its own deadline."""
+"""A vehicle in real time: it senses at once, and decides at its own deadline."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any, Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import is_of
-from zenvoy.bus.live import Post
 from zenvoy.bus.packed import PackedCodec, encode_bytes
-from zenvoy.bus.refusals import ABSURD
+from zenvoy.bus.realtime import Post
+from zenvoy.bus.refusals import ABSURD, STALE
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import Vehicle
@@ -22,7 +22,7 @@ _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
 _SETTLE_NS: Final = 5_000_000
 
 
-class LiveVehicle:
+class RealtimeVehicle:
     """Tells at once what it senses, and decides at t_k + v2v_wait on what came by then.
 
     One that was kept from it for longer than a cycle goes on with the newest sense.
@@ -56,13 +56,13 @@ class LiveVehicle:
         is_old = came_ns - self._sense.message.time_ns > self._period_ns
         return came_ns + self._settle_ns if is_old else came_ns
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As in lock-step, but frames come at any time: that of the last of them."""
         if topic is SENSE:
-            return self._core.flaw_of_sense(message)
-        flaw = self._core.flaw_of_receive(message, None, message.time_ns)
-        if flaw is not None:
-            return flaw
+            return self._core.fault_in_sense(message)
+        fault = self._core.fault_in_receive(message, None, message.time_ns)
+        if fault is not None:
+            return fault
         is_last = max(message.arrived_ns, default=message.time_ns) == message.time_ns
         frames = zip(message.source, message.beacon, strict=True)
         of_others = all(
@@ -70,18 +70,18 @@ class LiveVehicle:
         )
         return None if is_last and of_others else ABSURD
 
-    def hear(self, post: Post) -> bool:
+    def take_in(self, post: Post) -> str | None:
         """Keep the newest sense, and what the channel brings, once."""
         if post.topic is RECEIVE:
             is_new = self._frames.are_new(post.message)
             if is_new:
                 self._heard.append(post)
-            return is_new
+            return None if is_new else STALE
         if post.message.cycle <= self._cycle:
-            return False
+            return STALE
         self._cycle, self._sense = post.message.cycle, post
         self._decides_ns = None  # what was not decided yet is too late now
-        return True
+        return None
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Beacon or command, whichever is due."""

@@ -1,26 +1,26 @@
-"""Several vehicles in one process: to the bus they are one participant."""
+"""The vehicles of a shared process: to the bus they are one participant."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
-from zenvoy.bus.hosts import Host
-from zenvoy.bus.live import Post
+from zenvoy.bus.realtime import Post
 from zenvoy.bus.topics import RECEIVE, Topic
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.scenarios import Scenario
-from zenvoy.vehicles.live import LiveVehicle
 from zenvoy.vehicles.lock_step import LockStepVehicle
+from zenvoy.vehicles.realtime import RealtimeVehicle
 
 
-class HostedVehicles:
+class LockStepVehicles:
     """Vehicles in lock-step: all of them take the same step, in order of number."""
 
     role = "vehicle"
 
-    def __init__(self, scenario: Scenario, host: Host) -> None:
-        self.name, self.vehicles = host
-        self._agents: Final = {one: LockStepVehicle(scenario, one) for one in host.vehicles}
+    def __init__(self, scenario: Scenario, process: VehicleProcess) -> None:
+        self.name, self.vehicles = process
+        self._agents: Final = {one: LockStepVehicle(scenario, one) for one in process.vehicles}
 
     @property
     def barrier(self) -> Barrier | None:
@@ -31,9 +31,9 @@ class HostedVehicles:
         ((topic, _),) = barrier.needs
         return barrier._replace(needs=((topic, self.vehicles),))
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As that vehicle finds."""
-        return self._agents[vehicle].flaw(topic, vehicle, message)
+        return self._agents[vehicle].fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """The step of each."""
@@ -50,17 +50,17 @@ class HostedVehicles:
         return self._agents[self.vehicles[0]]
 
 
-class LiveHostedVehicles:
-    """Vehicles on the wall clock: the one whose time has come first acts first."""
+class RealtimeVehicles:
+    """Vehicles in real time: the one whose time has come first acts first."""
 
     role = "vehicle"
     done = False
     sends_together = True
     may_wait = frozenset({RECEIVE})
 
-    def __init__(self, scenario: Scenario, host: Host) -> None:
-        self.name, self.vehicles = host
-        self._agents: Final = {one: LiveVehicle(scenario, one) for one in host.vehicles}
+    def __init__(self, scenario: Scenario, process: VehicleProcess) -> None:
+        self.name, self.vehicles = process
+        self._agents: Final = {one: RealtimeVehicle(scenario, one) for one in process.vehicles}
         self._due_ns: dict[int, int] = {}  # by vehicle, of those that know when they act next
 
     @property
@@ -68,16 +68,16 @@ class LiveHostedVehicles:
         """When the first of them acts."""
         return min(self._due_ns.values(), default=None)
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As that vehicle finds."""
-        return self._agents[vehicle].flaw(topic, vehicle, message)
+        return self._agents[vehicle].fault_in(topic, vehicle, message)
 
-    def hear(self, post: Post) -> bool:
+    def take_in(self, post: Post) -> str | None:
         """Hand a message to the vehicle that it is for."""
         agent = self._agents[post.vehicle]
-        is_new = agent.hear(post)
+        reason = agent.take_in(post)
         self._note(agent)
-        return is_new
+        return reason
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Let the first of them act."""
@@ -86,7 +86,7 @@ class LiveHostedVehicles:
         self._note(agent)
         return sent
 
-    def _note(self, agent: LiveVehicle) -> None:
+    def _note(self, agent: RealtimeVehicle) -> None:
         """When it acts next, which changes only where it hears or acts."""
         due_ns = agent.due_ns
         if due_ns is None:

@@ -1,4 +1,4 @@
-"""The channel on the wall clock: takes beacons as they come, delivers frames when they are due."""
+"""The channel in real time: takes beacons as they come, delivers frames when they are due."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.live import Post
+from zenvoy.bus.realtime import Post
+from zenvoy.bus.refusals import STALE
 from zenvoy.bus.topics import POSITIONS, Topic
 from zenvoy.channel.agent import Channel, Sent
 from zenvoy.scenarios import Scenario
@@ -21,7 +22,7 @@ _WINDOW_NS: Final = 1_000_000  # frames to one vehicle that are due within it co
 _KEPT: Final = 5  # cycles for which positions are kept, for beacons that are late
 
 
-class LiveChannel:
+class RealtimeChannel:
     """Puts frames on the air once a cycle's beacons are in, or at the guard time at the latest.
 
     That is as late as it can be for the first frame to come at its instant: beacons that miss it
@@ -68,28 +69,28 @@ class LiveChannel:
         delivers = () if self._batch is None else (self._batch[0],)
         return min((*delivers, *self._transmissions().values()), default=None)
 
-    def flaw(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """As in lock-step."""
-        return self._core.flaw(topic, vehicle, message)
+        return self._core.fault_in(topic, vehicle, message)
 
-    def hear(self, post: Post) -> bool:
+    def take_in(self, post: Post) -> str | None:
         """Keep positions, and beacons until their frames go on the air."""
         cycle = post.message.cycle
         newest = max(self._positions, default=-1)
         if post.topic is POSITIONS:
             if cycle in self._positions or cycle <= newest - _KEPT:
-                return False
+                return STALE
             self._positions[cycle] = post.message
             for of_cycle in (self._positions, self._waiting, self._since_ns):
                 for old in [kept for kept in of_cycle if kept <= cycle - _KEPT]:
                     del of_cycle[old]
-            return True
+            return None
         if not max(self._told[post.vehicle], newest - _KEPT) < cycle <= newest + 1:
-            return False
+            return STALE
         self._told[post.vehicle] = cycle
         self._waiting.setdefault(cycle, {})[post.vehicle] = Sent(post.message, post.payload)
         self._since_ns.setdefault(cycle, post.came_ns)
-        return True
+        return None
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Do the first of these that is due: deliver a batch, transmit a cycle, prepare a batch.

@@ -1,4 +1,4 @@
-"""The Zenoh bus on the wall clock: an agent acts when its time has come, whoever is missing.
+"""The Zenoh bus in real time: an agent acts when its time has come, whoever is missing.
 
 Lateness is dealt with in one way everywhere: a message counts for a deadline if it came by then,
 also where the process gets round to it only later.
@@ -18,7 +18,7 @@ from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.connection import Connection, Wiring
 from zenvoy.bus.errors import PayloadError, StalledError
-from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW, STALE
+from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW
 from zenvoy.bus.topics import Topic
 
 _FOR_EVER_S: Final = 1e9
@@ -40,8 +40,8 @@ class Post(NamedTuple):
     came_ns: int
 
 
-class LiveAgent(Participant, Protocol):
-    """A participant on the wall clock. All instants that it gets are simulation time, ns."""
+class RealtimeAgent(Participant, Protocol):
+    """A participant in real time. All instants that it gets are simulation time, ns."""
 
     may_wait: frozenset[Topic[Any]]
     """Streams whose messages may wait until it acts: none of them wakes the process by itself."""
@@ -57,21 +57,21 @@ class LiveAgent(Participant, Protocol):
     def done(self) -> bool:
         """Whether it has nothing more to do in this run."""
 
-    def hear(self, post: Post) -> bool:
-        """Take a message in; False where it is of no use any more, and refused as stale."""
+    def take_in(self, post: Post) -> str | None:
+        """Keep a message; the reason where it is refused, which is mostly that it is stale."""
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Do what is due; returns what it sends, in order."""
 
 
-def admit(agent: LiveAgent, post: Post) -> str | None:
+def admit(agent: RealtimeAgent, post: Post) -> str | None:
     """Hand an agent a message that the checks have passed; return a reason if it is refused.
 
     A message with a time in the future is refused: the agent would treat all earlier ones as stale.
     """
     if post.message.time_ns > post.came_ns + _ROUNDING_NS:
         return EARLY
-    return None if agent.hear(post) else STALE
+    return agent.take_in(post)
 
 
 class _Sample(NamedTuple):
@@ -82,13 +82,13 @@ class _Sample(NamedTuple):
     sample: zenoh.Sample
 
 
-class LiveBus(Connection):
-    """Drives a live agent: it hears all that came by the instant that is due, and then acts."""
+class RealtimeBus(Connection):
+    """Drives an agent in real time: it takes in what came by the instant that is due, and acts."""
 
-    live = True
+    realtime = True
 
     def __init__(
-        self, agent: LiveAgent, wiring: Wiring, speed: float, log: Log | None = None
+        self, agent: RealtimeAgent, wiring: Wiring, speed: float, log: Log | None = None
     ) -> None:
         super().__init__(agent, wiring, log)
         self._agent = agent
@@ -170,9 +170,9 @@ class LiveBus(Connection):
                 self.refusals.add(MALFORMED, key)
                 continue
             post = Post(topic, vehicle, message, payload, sample.came_ns)
-            flaw = self._agent.flaw(topic, vehicle, message)
-            if flaw is not None:
-                self.refusals.add(flaw, key)
+            fault = self._agent.fault_in(topic, vehicle, message)
+            if fault is not None:
+                self.refusals.add(fault, key)
             else:
                 self._place(post)
 

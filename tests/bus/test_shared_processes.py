@@ -11,21 +11,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import Log, command, read_log, run, wait_until, zenvoy
-from tests.virtual_time import Logged, VirtualBus, in_lock_step, live_agents
+from tests.virtual_time import Logged, VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
+from zenvoy.bus.bundles import Bundle, pack, unpack
 from zenvoy.bus.errors import PayloadError
-from zenvoy.bus.hosts import Bundle, Host, hosts, pack, unpack
 from zenvoy.bus.in_process import InProcessBus
-from zenvoy.bus.live import LiveAgent
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
+from zenvoy.bus.realtime import RealtimeAgent
 from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
-from zenvoy.channel.live import LiveChannel
+from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.lock_step import LockStepChannel
+from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.scenarios import Scenario, load
-from zenvoy.vehicles.hosted import HostedVehicles, LiveHostedVehicles
-from zenvoy.world.agent import WorldAgent
-from zenvoy.world.live import LiveWorld
+from zenvoy.vehicles.shared_process import LockStepVehicles, RealtimeVehicles
+from zenvoy.world.lock_step import LockStepWorld
+from zenvoy.world.realtime import RealtimeWorld
 
 LATE_AND_LOST: Final = """
 duration_s: 12
@@ -62,15 +63,22 @@ def events(folder: Path) -> list[tuple[int, int, str]]:
 
 
 def test_neighbours_share_a_process() -> None:
-    assert hosts(5, 2) == (
-        Host("vehicles-01-02", (1, 2)),
-        Host("vehicles-03-04", (3, 4)),
-        Host("vehicle-05", (5,)),
+    assert vehicle_processes(5, 2) == (
+        VehicleProcess("vehicles-01-02", (1, 2)),
+        VehicleProcess("vehicles-03-04", (3, 4)),
+        VehicleProcess("vehicle-05", (5,)),
     )
-    assert hosts(3, 1) == tuple(Host(f"vehicle-0{one}", (one,)) for one in (1, 2, 3))
-    assert hosts(120, 100)[1] == Host("vehicles-101-120", tuple(range(101, 121)))
-    assert hosts(6, 3, without={2, 4, 5, 6}) == (Host("vehicles-01-03", (1, 3)),)
-    assert hosts(4, 2, without={3}) == (Host("vehicles-01-02", (1, 2)), Host("vehicle-04", (4,)))
+    assert vehicle_processes(3, 1) == tuple(
+        VehicleProcess(f"vehicle-0{one}", (one,)) for one in (1, 2, 3)
+    )
+    assert vehicle_processes(120, 100)[1] == VehicleProcess(
+        "vehicles-101-120", tuple(range(101, 121))
+    )
+    assert vehicle_processes(6, 3, without={2, 4, 5, 6}) == (
+        VehicleProcess("vehicles-01-03", (1, 3)),
+    )
+    both = (VehicleProcess("vehicles-01-02", (1, 2)), VehicleProcess("vehicle-04", (4,)))
+    assert vehicle_processes(4, 2, without={3}) == both
 
 
 @given(
@@ -79,14 +87,14 @@ def test_neighbours_share_a_process() -> None:
     without=st.sets(st.integers(1, 300), max_size=20),
 )
 def test_everyone_is_in_one_process(size: int, per_process: int, without: set[int]) -> None:
-    placed = hosts(size, per_process, without)
-    assert [one for host in placed for one in host.vehicles] == [
+    placed = vehicle_processes(size, per_process, without)
+    assert [one for process in placed for one in process.vehicles] == [
         one for one in range(1, size + 1) if one not in without
     ]
-    assert all(1 <= len(host.vehicles) <= per_process for host in placed)
-    assert len({host.name for host in placed}) == len(placed)
-    assert sorted(host.name for host in placed if host.is_shared) == [
-        host.name for host in placed if host.is_shared
+    assert all(1 <= len(process.vehicles) <= per_process for process in placed)
+    assert len({process.name for process in placed}) == len(placed)
+    assert sorted(process.name for process in placed if process.is_shared) == [
+        process.name for process in placed if process.is_shared
     ]
 
 
@@ -126,15 +134,15 @@ def test_keys_of_a_process() -> None:
 @pytest.mark.parametrize("per_process", [2, 7])
 def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process: int) -> None:
     told = scenario(tmp_path, text)
-    placed = hosts(told.fleet.size, per_process)
+    placed = vehicle_processes(told.fleet.size, per_process)
     logged: Logged = []
 
     def log(topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         assert topic.logged_as is not None
         logged.append((topic.logged_as, time_ns, payload))
 
-    agents: list[Agent] = [WorldAgent(told), LockStepChannel(told)]
-    agents += [HostedVehicles(told, host) for host in placed]
+    agents: list[Agent] = [LockStepWorld(told), LockStepChannel(told)]
+    agents += [LockStepVehicles(told, process) for process in placed]
     InProcessBus(agents, log).run()
     assert logged == in_lock_step(told)
 
@@ -142,11 +150,11 @@ def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process
 @pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
 def test_in_real_time_too(tmp_path: Path, text: str) -> None:
     told = scenario(tmp_path, text)
-    alone = VirtualBus(live_agents(told))
+    alone = VirtualBus(realtime_agents(told))
     alone.run()
-    placed = hosts(told.fleet.size, 3)
-    agents: list[LiveAgent] = [LiveChannel(told), LiveWorld(told)]
-    together = VirtualBus([*agents, *(LiveHostedVehicles(told, host) for host in placed)])
+    placed = vehicle_processes(told.fleet.size, 3)
+    agents: list[RealtimeAgent] = [RealtimeChannel(told), RealtimeWorld(told)]
+    together = VirtualBus([*agents, *(RealtimeVehicles(told, process) for process in placed)])
     together.run()
     assert together.logged == alone.logged
 

@@ -1,16 +1,15 @@
-"""Processes that are several vehicles each: which, and what they are called."""
+"""Payloads of several vehicles in one message, as shared processes send and get them."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
-from typing import Final, NamedTuple
+from collections.abc import Iterable
+from typing import Final
 
 from google.protobuf.message import DecodeError
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
-from zenvoy.bus.topics import vehicle_name
 
 _OVERHEAD_BYTES: Final = 20  # of a payload in a message, at most
 
@@ -18,37 +17,8 @@ Parcel = tuple[int, bytes]
 """A vehicle, and a payload to it or from it."""
 
 
-class Host(NamedTuple):
-    """The vehicles of a process, ascending, and its name."""
-
-    name: str
-    vehicles: tuple[int, ...]
-
-    @property
-    def is_shared(self) -> bool:
-        """Whether its messages go together, on keys of the process."""
-        return len(self.vehicles) > 1
-
-
-def hosts(size: int, per_process: int, without: Collection[int] = ()) -> tuple[Host, ...]:
-    """Processes of the vehicles 1 to `size` but for those `without`, `per_process` neighbours each.
-
-    One that is left alone is a process of its own, as by default.
-    """
-    found = []
-    for first in range(1, size + 1, per_process):
-        last = min(size, first + per_process - 1)
-        vehicles = tuple(one for one in range(first, last + 1) if one not in without)
-        if len(vehicles) == 1:
-            found.append(Host(vehicle_name(vehicles[0], size), vehicles))
-        elif vehicles:
-            ends = (vehicle_name(end, size).partition("-")[2] for end in (first, last))
-            found.append(Host("-".join(("vehicles", *ends)), vehicles))
-    return tuple(found)
-
-
 class Bundle:
-    """Payloads of a stream for several vehicles, or from them, to go in one message."""
+    """Payloads of one stream, to the vehicles of a shared process or from them, for one message."""
 
     def __init__(self) -> None:
         self._parcels: list[Parcel] = []

@@ -1,0 +1,50 @@
+"""The table of the frames of a cycle, as it comes from the channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.packed import PackedCodec
+
+FRAMES_CODEC: Final = PackedCodec(pb.Frames.DESCRIPTOR)
+"""Encodes and decodes a pb.Frames."""
+
+_PER_ROW: Final = (
+    "source",
+    "destination",
+    "sequence",
+    "sent_ns",
+    "arrived_ns",
+    "latency_ns",
+    "distance",
+    "outcome",
+)
+
+
+class FrameTable(NamedTuple):
+    """A serialized pb.Frames, and its fields as arrays.
+
+    Columns have a row per frame and receiver. Beside them: `cycle` and `time_ns`, which are 0-d,
+    `busy_ratio` by vehicle, and `hops`; the last two may be empty.
+    """
+
+    payload: bytes
+    columns: Mapping[str, NDArray[Any]]
+
+    def __len__(self) -> int:
+        return len(self.columns["source"])
+
+
+def frame_table(payload: bytes) -> FrameTable:
+    """Decode a serialized pb.Frames; raises ValueError where its columns do not go together."""
+    columns = FRAMES_CODEC.decode(payload)
+    rows = len(columns["source"])
+    if any(len(columns[name]) != rows for name in _PER_ROW):
+        raise ValueError("columns of frames differ in length")
+    if len(columns["hops"]) not in {0, rows}:
+        raise ValueError(f"{len(columns['hops'])} hops of {rows} frames")
+    return FrameTable(payload, columns)

@@ -1,0 +1,73 @@
+"""The world in lock-step: it begins a cycle when it has the commands that act until then."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.refusals import RefusedError
+from zenvoy.bus.topics import COMMAND, LINKS, Topic
+from zenvoy.scenarios import Scenario
+from zenvoy.world.agent import World
+
+_FARTHEST: Final = 2  # cycles ahead; more overlaps nothing more and only fills queues
+
+
+class LockStepWorld:
+    """Step k moves the truth to t_k and starts cycle k there, up to the end of the last cycle.
+
+    For that it needs the commands that take effect before t_k, which with the delays of V2V are
+    not those of cycle k - 1 but older ones: so it runs `lookahead` cycles ahead of the newest
+    commands, and the cycles of world, channel and vehicles overlap. The steps after the end
+    only log what is still to come. What vehicles wait for is sent first; the log is written
+    while they work.
+    """
+
+    role = "world"
+    name = "world"
+    vehicles = ()
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._core = World(scenario)
+        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
+        self._vehicles = range(1, scenario.fleet.size + 1)
+        delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+        self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
+        self._step = 0
+
+    @property
+    def barrier(self) -> Barrier | None:
+        """Commands and links of the newest cycle that the step depends on."""
+        newest = self._step - 1 - self._lookahead
+        if self._core.stopped or newest == self._cycles:
+            return None
+        now_ns = min(self._step, self._cycles) * self._period_ns
+        if newest < 0:
+            return Barrier(now_ns, 0)
+        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
+        # So the single message comes before those of all vehicles.
+        needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
+        return Barrier(now_ns, newest, needs)
+
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """Commands and links are of their own cycle, and take effect when they are due."""
+        if topic is not LINKS:
+            return self._core.fault_in_command(message, vehicle)
+        try:
+            self._core.table_of(message)
+        except RefusedError as refused:
+            return refused.reason
+        return None
+
+    def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
+        """Move the truth to `now_ns` and begin a cycle there; log what has become known."""
+        cycle, self._step = self._step, self._step + 1
+        ended = cycle - 1 - self._lookahead  # the cycle whose commands and links are in the inbox
+        commands, rows = {}, []
+        if ended >= 0:
+            commands = dict(zip(self._vehicles, inbox.all(COMMAND), strict=True))
+            rows = self._core.rows(ended, inbox.one(LINKS).frames, commands)
+        self._core.take_in(commands.values())
+        begun = self._core.begin(cycle)
+        events = self._core.events(cycle, commands.values(), begun.collided)
+        return [*begun.messages, *rows, *begun.rows, *events]

@@ -1,0 +1,222 @@
+"""The world in real time: it begins each cycle at its instant, with whatever has come by then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.checks import fault_in_timing
+from zenvoy.bus.frame_table import FrameTable
+from zenvoy.bus.realtime import Post
+from zenvoy.bus.refusals import STALE, RefusedError
+from zenvoy.bus.topics import EVENTS, LINKS, Topic
+from zenvoy.scenarios import Scenario
+from zenvoy.world.agent import World
+from zenvoy.world.realtime_rows import Came, frames_of, realtime_row
+
+_OVERRUN_NS: Final = 1_000_000  # a cycle that begins later than this, of wall time, has overrun
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _EndedCycle:
+    """All that has come about a cycle that has ended.
+
+    receivers: the commands in whose decisions its frames were to count; None: the run ends before.
+    """
+
+    cycle: int
+    began_ns: int
+    tables: list[FrameTable]
+    commands: dict[int, Came]  # by vehicle
+    receivers: list[pb.Command] | None
+
+
+class RealtimeWorld:
+    """Begins cycle k at t_k, whatever has come by then, and logs cycles that have ended.
+
+    A command takes effect at its time, or on arrival if that is later. A vehicle that sends none
+    keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then rolls.
+
+    A cycle is logged `lag` cycles later. By then its commands have taken effect, its frames have
+    been delivered, and the receivers have reported which of them came too late. It is logged three
+    quarters through that cycle, when no other process waits for the world:
+
+        t_k                                t_(k+lag)           + 3/4 T
+        begin k, send senses, positions    begin k + lag       log k
+    """
+
+    role = "world"
+    name = "world"
+    vehicles = ()
+    sends_together = False
+    may_wait: frozenset[Topic[Any]] = frozenset()
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._core = World(scenario)
+        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
+        self._effect_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+        self._hold_ns = scenario.beacon_age_limit_ns
+        self._overrun_ns = round(_OVERRUN_NS * scenario.speed)
+        # Frames count in the decision of their own cycle, or of the next one (docs/decisions.md).
+        self._decided_later = 0 if scenario.v2v_wait_ns else 1
+        self._log_after_ns = 3 * self._period_ns // 4
+        self._lag = 1 + self._decided_later + -(-self._effect_ns // self._period_ns)
+        self._wall_start_ns = 0
+        self._cycle = 0  # the next to begin
+        self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of the newest command of each
+        self._acts_ns = dict.fromkeys(self._vehicles, 0)  # when that took effect
+        self._silent: set[int] = set()  # vehicles that have sent no command for too long
+        self._events: list[pb.Event] = []  # to be logged when the next cycle begins
+        # What has come about the cycles that are not logged yet, by cycle.
+        self._began_ns: dict[int, int] = {}
+        self._commands: dict[int, dict[int, Came]] = {}  # and by vehicle
+        self._tables: dict[int, list[FrameTable]] = {}
+        self._ended: _EndedCycle | None = None  # what is to be logged next
+        self._linked_ns = 0  # when the channel last sent a table
+        self._commanded_ns = 0  # when a vehicle last sent a command
+        self.overruns = 0
+
+    @property
+    def channel_silent_ns(self) -> int:
+        """How long vehicles have sent commands, and so beacons, but the channel no table."""
+        return self._commanded_ns - self._linked_ns
+
+    def start(self, wall_start_ns: int) -> None:
+        """Set time 0, on the machine's clock, which vehicles and channel learn from the world."""
+        self._wall_start_ns = wall_start_ns
+
+    @property
+    def due_ns(self) -> int:
+        """When to log a cycle that has ended, or else when the next one begins."""
+        if self._ended is not None:
+            return (self._cycle - 1) * self._period_ns + self._log_after_ns
+        return self._cycle * self._period_ns
+
+    @property
+    def done(self) -> bool:
+        """Whether everything is in the log."""
+        over = self._core.stopped or self._cycle - self._lag >= self._cycles
+        return over and self._ended is None
+
+    def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
+        """A command is checked as in lock-step, and so is its report of how it kept to the clock.
+
+        Links are checked when they are taken in: to check a table is to decode it.
+        """
+        if topic is LINKS:
+            return None
+        fault = self._core.fault_in_command(message, vehicle)
+        return fault or fault_in_timing(message.timing, len(self._vehicles))
+
+    def take_in(self, post: Post) -> str | None:
+        """Keep what is to be logged. A command takes effect at its time, or now if it is late."""
+        if post.topic is LINKS:
+            self._linked_ns = post.came_ns
+            return self._take_in_links(post.message)
+        self._commanded_ns = post.came_ns
+        return self._take_in_command(post.vehicle, Came(post.message, post.came_ns))
+
+    def _take_in_links(self, links: pb.Links) -> str | None:
+        """Keep a table until its cycle is logged; one with a sender of another table is refused."""
+        if not self._oldest <= links.cycle < self._cycle:
+            return STALE
+        try:
+            table = self._core.table_of(links)
+        except RefusedError as refused:
+            return refused.reason
+        kept = self._tables.setdefault(links.cycle, [])
+        source = table.columns["source"]
+        if any(np.isin(source, one.columns["source"]).any() for one in kept):
+            return STALE
+        if not kept or len(source):
+            kept.append(table)
+        return None
+
+    def _take_in_command(self, vehicle: int, came: Came) -> str | None:
+        """Keep a command until its cycle is logged; one that comes after a newer one is refused."""
+        command, came_ns = came
+        if not self._newest[vehicle] < command.cycle < self._cycle:
+            return STALE
+        self._newest[vehicle] = command.cycle
+        command.effective_ns = max(command.effective_ns, came_ns)
+        self._core.take_in([command])
+        self._acts_ns[vehicle] = command.effective_ns
+        if vehicle in self._silent:
+            self._silent.remove(vehicle)
+            self._note(pb.EVENT_SILENT_END, vehicle, came_ns)
+        if command.cycle >= self._oldest:
+            self._commands.setdefault(command.cycle, {})[vehicle] = came
+        return None
+
+    @property
+    def _oldest(self) -> int:
+        """The first cycle that is still to be logged."""
+        return self._cycle - self._lag
+
+    def act(self, now_ns: int) -> list[Envelope]:
+        """Log a cycle that has ended, or else begin the next one."""
+        if self._ended is not None:
+            ended, self._ended = self._ended, None
+            return self._rows_of(ended)
+        cycle, self._cycle = self._cycle, self._cycle + 1
+        start_ns = cycle * self._period_ns
+        self._began_ns[cycle] = now_ns
+        self.overruns += cycle <= self._cycles and now_ns - start_ns > self._overrun_ns
+        self._release(start_ns)
+        if cycle >= self._lag:
+            self._ended = self._end(cycle - self._lag)
+        commands = self._ended.commands.values() if self._ended is not None else ()
+        begun = self._core.begin(cycle, self._wall_start_ns)
+        events, self._events = self._events, []
+        return [
+            *begun.messages,
+            *begun.rows,
+            *self._core.events(cycle, [came.command for came in commands], begun.collided),
+            *(Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns) for event in events),
+        ]
+
+    def _release(self, until_ns: int) -> None:
+        """Let vehicles roll that have sent no command for too long."""
+        for vehicle, acts_ns in self._acts_ns.items():
+            ends_ns = acts_ns + self._hold_ns
+            if ends_ns <= until_ns and vehicle not in self._silent:
+                self._silent.add(vehicle)
+                self._core.let_roll(vehicle, ends_ns)
+                self._note(pb.EVENT_SILENT, vehicle, ends_ns)
+
+    def _note(self, kind: pb.EventKind.ValueType, vehicle: int, time_ns: int) -> None:
+        cycle = time_ns // self._period_ns
+        self._events.append(pb.Event(cycle=cycle, time_ns=time_ns, kind=kind, vehicle=vehicle))
+
+    def _end(self, cycle: int) -> _EndedCycle:
+        """What is known of a cycle that is to be logged."""
+        receivers, decided = None, cycle + self._decided_later
+        if decided < self._cycles:
+            receivers = [came.command for came in self._commands.get(decided, {}).values()]
+        return _EndedCycle(
+            cycle=cycle,
+            began_ns=self._began_ns.pop(cycle),
+            tables=self._tables.pop(cycle, []),
+            commands=self._commands.pop(cycle, {}),
+            receivers=receivers,
+        )
+
+    def _rows_of(self, ended: _EndedCycle) -> list[Envelope]:
+        """Rows of the log about a cycle that has ended."""
+        cycle, start_ns = ended.cycle, ended.cycle * self._period_ns
+        frames = frames_of(cycle, start_ns, ended.tables, ended.receivers)
+        commands = {vehicle: came.command for vehicle, came in ended.commands.items()}
+        timing = realtime_row(
+            cycle=cycle,
+            time_ns=start_ns,
+            began_ns=ended.began_ns,
+            deadline_ns=start_ns + self._effect_ns,
+            vehicles=self._vehicles,
+            commands=ended.commands,
+        )
+        return [*self._core.rows(cycle, frames, commands), timing]

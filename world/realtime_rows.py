@@ -1,0 +1,114 @@
+"""Rows of the log about a cycle in real time, of which anything may be missing. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.bus.frame_table import FRAMES_CODEC, FrameTable, frame_table
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.topics import REALTIME
+
+_REALTIME: Final = PackedCodec(pb.RealTime.DESCRIPTOR)
+_NO_TIMING: Final = pb.Timing(sensed_ns=-1, decided_ns=-1)
+
+
+class Came(NamedTuple):
+    """A command, and when it came (ns)."""
+
+    command: pb.Command
+    came_ns: int
+
+
+def frames_of(
+    cycle: int,
+    time_ns: int,
+    tables: Sequence[FrameTable],
+    receivers: Sequence[pb.Command] | None,
+) -> bytes:
+    """The frames of a cycle as they are logged: a serialized pb.Frames.
+
+    tables: those that came for the cycle, with different senders each. One that came alone stays
+    as it is; several are joined. receivers: the commands in whose decisions the frames were to
+    count, as far as they came; None where the run ends before. A frame that its receiver does not
+    report there missed that decision, and becomes late.
+    """
+    table = tables[0] if len(tables) == 1 else _joined(cycle, time_ns, tables)
+    if receivers is None:
+        return table.payload
+    missed = _missed(table.columns, receivers)
+    if not len(missed):
+        return table.payload
+    outcome = table.columns["outcome"].copy()
+    outcome[missed] = pb.OUTCOME_LATE
+    return FRAMES_CODEC.with_column(table.payload, "outcome", outcome)
+
+
+def _joined(cycle: int, time_ns: int, tables: Sequence[FrameTable]) -> FrameTable:
+    """One table of any number of them, by source, then destination."""
+    at = {"cycle": cycle, "time_ns": time_ns}
+    if not tables:
+        return frame_table(FRAMES_CODEC.encode(**at))
+    # Each table has its own busy ratios. That of the first one is about the most frames.
+    beside = {*at, "busy_ratio"}
+    names = [name for name in tables[0].columns if name not in beside]
+    whole = {name: np.concatenate([one.columns[name] for one in tables]) for name in names}
+    order = np.lexsort((whole["destination"], whole["source"]))
+    rows = {name: column[order] for name, column in whole.items() if len(column)}
+    busy_ratio = tables[0].columns["busy_ratio"]
+    return frame_table(FRAMES_CODEC.encode(**at, **rows, busy_ratio=busy_ratio))
+
+
+def _missed(
+    columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command]
+) -> NDArray[np.intp]:
+    """Rows of frames that were delivered, but are in the report of no receiver."""
+    reported = {
+        (source, command.vehicle, arrived_ns)
+        for command in receivers
+        for source, arrived_ns in zip(
+            command.timing.source, command.timing.arrived_ns, strict=False
+        )
+    }
+    due = np.flatnonzero(columns["outcome"] == pb.OUTCOME_DELIVERED)
+    rows = (columns[name][due].tolist() for name in ("source", "destination", "arrived_ns"))
+    missed = [row not in reported for row in zip(*rows, strict=True)]
+    return due[np.array(missed, dtype=np.bool_)]
+
+
+def realtime_row(
+    *,
+    cycle: int,
+    time_ns: int,
+    began_ns: int,
+    deadline_ns: int,
+    vehicles: Sequence[int],
+    commands: Mapping[int, Came],
+) -> Envelope:
+    """How a cycle kept to the clock. commands: by vehicle, those that came; else times are -1."""
+    came = [commands.get(vehicle) for vehicle in vehicles]
+    timings = [_NO_TIMING if one is None else _timing_of(one.command) for one in came]
+    frames = [len(timing.source) for timing in timings]
+    payload = _REALTIME.encode(
+        cycle=cycle,
+        time_ns=time_ns,
+        began_ns=began_ns,
+        sensed_ns=[timing.sensed_ns for timing in timings],
+        decided_ns=[timing.decided_ns for timing in timings],
+        commanded_ns=[-1 if one is None else one.came_ns for one in came],
+        deadline_ns=deadline_ns,
+        source=[source for timing in timings for source in timing.source],
+        destination=np.repeat(vehicles, frames),
+        arrived_ns=[arrived_ns for timing in timings for arrived_ns in timing.arrived_ns],
+        came_ns=[came_ns for timing in timings for came_ns in timing.came_ns],
+    )
+    return Envelope(REALTIME, 0, payload, time_ns)
+
+
+def _timing_of(command: pb.Command) -> pb.Timing:
+    return command.timing if command.HasField("timing") else _NO_TIMING
