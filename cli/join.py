@@ -11,6 +11,7 @@ from zenvoy.bus.errors import BusError, NoAnswerError, StalledError, StoppedErro
 from zenvoy.cli import exits
 from zenvoy.fleet.guests import GuestsError
 from zenvoy.fleet.join import Guest, JoinError, Vacancy, find
+from zenvoy.laws.errors import LawError
 
 _SHORTEST_S: Final = 0.1
 _LONGEST_S: Final = 86_400
@@ -53,7 +54,7 @@ def _drive(vacancy: Vacancy, console: Console, errors: Console) -> int:
     except StalledError as error:
         errors.print(f"{vacancy.name}: {error}{'' if guest.joined else _HINT}")
         return exits.PROCESS_LOST if guest.joined else exits.BAD_INPUT
-    except BusError as error:
+    except (BusError, LawError) as error:
         errors.print(f"{vacancy.name}: {error}")
         return exits.PROCESS_LOST
     console.print("the run has ended")

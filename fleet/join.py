@@ -19,8 +19,7 @@ from zenvoy.bus.topics import plain_name, vehicle_name
 from zenvoy.fleet.guests import read_meeting
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.requests import requests_to_end
-from zenvoy.laws import builtin
-from zenvoy.laws.by_name import resolve
+from zenvoy.laws.by_name import ESTIMATORS, LAWS, resolve
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.scenarios import Scenario, modes
 from zenvoy.vehicles.knowledge import prepare
@@ -56,7 +55,7 @@ def find(
     """
     run, endpoints = _where(run, connect)
     scenario = _scenario(vehicle, run, endpoints, limit_s)
-    _bring_laws(scenario, allow_code)
+    _bring_code(scenario, allow_code)
     return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario)
 
 
@@ -95,18 +94,19 @@ def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) ->
     return scenario
 
 
-def _bring_laws(scenario: Scenario, allow_code: bool) -> None:
-    """Look up the laws of the scenario's own: those of installed packages, or of files here.
+def _bring_code(scenario: Scenario, allow_code: bool) -> None:
+    """Look up the code of the scenario's own: that of installed packages, or of files here.
 
     What a run names is not to choose which files of this folder are run, so these need leave.
     """
-    for model in modes(scenario):
-        if model not in builtin():
-            try:
-                resolve(model, Path() if allow_code else None, allow_code=allow_code)
-            except UnknownLawError as error:
-                hint = "" if allow_code else "; --allow-code looks in this folder"
-                raise JoinError(f"law {model}: {error}{hint}") from error
+    named = [("law", model, LAWS) for model in modes(scenario)]
+    named.append(("estimator", scenario.estimator.kind, ESTIMATORS))
+    for what, reference, kind in named:
+        try:
+            resolve(reference, Path() if allow_code else None, kind, allow_code=allow_code)
+        except UnknownLawError as error:
+            hint = "" if allow_code else "; --allow-code looks in this folder"
+            raise JoinError(f"{what} {reference}: {error}{hint}") from error
 
 
 class Guest:
