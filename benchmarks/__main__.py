@@ -1,6 +1,6 @@
-"""`python -m benchmarks`: prints how fast things are here, and writes it to results.md.
+"""`python -m benchmarks`: measures the speed on this machine, prints it, and writes results.md.
 
-The rows are run in turn, ROUNDS times, so that a load that comes and goes meets them all.
+All rows run once per round, for ROUNDS rounds, so that a temporary load affects all of them.
 """
 
 import signal
@@ -26,12 +26,12 @@ from zenvoy.scenarios import Channel
 ROUNDS = 3
 RESULTS = Path(__file__).with_name("results.md")
 PACKAGES = ("eclipse-zenoh", "helics", "cavsandbox")
-VEHICLES, PERIOD_S = 40, 0.1  # of the paper's case 15
+VEHICLES, PERIOD_S = 40, 0.1  # as in the paper's case 15
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of a table; `rate` makes one short run and returns its rate in the table's unit."""
+    """A row of a table; `rate` makes one short run and returns its rate in the table's unit."""
 
     name: str
     rate: Callable[[], float]
@@ -39,7 +39,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A table, and what has to be known to read it."""
+    """A table, and a note that explains it."""
 
     unit: str
     rows: Sequence[Row]
@@ -73,12 +73,12 @@ def _processes(vehicles: int, per_process: int) -> str:
 
 
 def _in_process() -> float:
-    """Vehicle-seconds simulated per second by Zenvoy in one process."""
+    """Return the vehicle-seconds that Zenvoy simulates per second in one process."""
     return VEHICLES * PERIOD_S * convoy_rate(VEHICLES, 300, "in-process")
 
 
 def _cavsandbox() -> float:
-    """The same by CAVSandbox, which gets a process of its own for the sake of the other rows."""
+    """Return the same for CAVSandbox, in a process of its own so that other rows do not suffer."""
     command = [sys.executable, "-m", "benchmarks.cavsandbox_platoon"]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
@@ -111,20 +111,20 @@ STRINGS = Part(
         Row("CAVSandbox, CACC, 40 vehicles in one process", _cavsandbox),
     ],
     """\
-Seconds of simulated time, times 40 vehicles, per second of wall time on one core. The two do not
-compute the same:
+Seconds of simulated time, times 40 vehicles, per second of wall time on one core. The two programs
+do not compute the same:
 
 - Zenvoy takes 10 cycles per simulated second, CAVSandbox 100 steps (its workbook has no setting
-  for that): the figures times 10 and 100 are the updates of a vehicle per second.
+  for that). The values times 10 and 100 are the updates of a vehicle per second.
 - In a cycle of Zenvoy every vehicle encodes, decodes and checks its messages, the channel decides
-  on every frame at each of the 39 receivers, and all of it is logged. The control is bilateral
+  on every frame at each of the 39 receivers, and everything is logged. The control is bilateral
   (PBCM), with a filter for each of two links and one for the own speed. Motion is exact.
-- In a step of CAVSandbox every vehicle reads a radar with delay and correlated noise, and runs a
-  Kalman filter on it, a second one that fuses V2V messages, CACC, and actuators with lag. A message
-  is the acceleration of the vehicle ahead, ten times a second, without delay or loss here; nobody
-  else's is heard, and none is encoded.
-- Zenvoy's figure is that of the cycles after the first 12 s, with their MCAP log; CAVSandbox's that
-  of its loop and its CSV at 10 rows per second and vehicle, without start, window or plots.
+- In a step of CAVSandbox every vehicle reads a radar with delay and correlated noise. It runs a
+  Kalman filter on the readings, a second one that fuses V2V messages, CACC, and actuators with lag.
+  A message is the acceleration of the vehicle ahead, ten times a second, here without delay or
+  loss. A vehicle receives no other messages, and none is encoded.
+- Zenvoy's value covers the cycles after the first 12 s, with their MCAP log. CAVSandbox's value
+  covers its loop and its CSV at 10 rows per second and vehicle, without start, window or plots.
 """,
 )
 CHANNEL = Part(
@@ -135,8 +135,8 @@ CHANNEL = Part(
         for size in (40, 200, 1_000)
     ],
     """\
-What the channel's agent takes for a cycle in which everyone beacons and has 20 others in range:
-from the beacons as they come to what is delivered and logged, without Zenoh.
+CPU time of the channel's agent for a cycle in which every vehicle sends a beacon and has 20 others
+in range. It includes decoding the beacons, deliveries and the log, but not Zenoh.
 """,
 )
 REALTIME = Part(
@@ -147,16 +147,16 @@ REALTIME = Part(
         _realtime(100, 25),
     ],
     """\
-By how much frames came later than the instant drawn for them, 99th percentile of 20 s in real
-time: quickstart with fleets of other sizes, and decisions 25 ms into the cycle. docs/real-time.md
-has more figures, from longer runs.
+Lateness of deliveries against the instants drawn for them, 99th percentile over 20 s in real time.
+The scenario is quickstart with other fleet sizes and decisions 25 ms after the start of a cycle.
+docs/real-time.md has more values, from longer runs.
 """,
 )
 PARTS = (CYCLES, STRINGS, CHANNEL, REALTIME)
 
 
 def main() -> None:
-    # as an exception, so that processes and socket folders are cleared up on a polite kill too
+    # raise an exception on SIGTERM, so that processes and socket folders are cleaned up
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     console = Console()
     measured_on = facts(PACKAGES)
@@ -167,15 +167,15 @@ def main() -> None:
 
 
 def _rates(parts: Sequence[Part], console: Console) -> dict[str, list[float]]:
-    """Rates of each row by name, run in turn, ROUNDS times."""
+    """Run all rows in turn, ROUNDS times; return the rates of each row by name."""
     rates: dict[str, list[float]] = {row.name: [] for part in parts for row in part.rows}
     for round_ in range(1, ROUNDS + 1):
         for part in parts:
             for row in part.rows:
                 rate = row.rate()
                 rates[row.name].append(rate)
-                told = f"round {round_} of {ROUNDS}: {row.name}: {rate:,.1f} {part.unit}"
-                console.print(told, highlight=False)
+                line = f"round {round_} of {ROUNDS}: {row.name}: {rate:,.1f} {part.unit}"
+                console.print(line, highlight=False)
     return rates
 
 

@@ -1,16 +1,16 @@
-"""The bare Zenoh barrier: Zenvoy's processes, links and messages of a cycle, with no work in them.
+"""The bare Zenoh barrier: the processes, links and messages of Zenvoy's cycle, without its work.
 
-What Zenvoy's own rate loses against this one is the price of its agents, protobuf and log. The flow
-of a cycle:
+The difference to Zenvoy's own rate is the cost of its agents, protobuf and log. The flow of a
+cycle:
 
     sense    world -> vehicle      beacon   vehicle -> channel     positions  world -> channel
     receive  channel -> vehicle    command  vehicle -> world       links      channel -> world
 
-In sequence, the world begins a cycle when all commands of the one before are in. With a lookahead
-it begins that many cycles earlier, as Zenvoy does where commands take effect later.
+Without lookahead, the world begins a cycle when it has all commands of the cycle before. With a
+lookahead it begins that many cycles earlier, as Zenvoy does if commands take effect later.
 
-A vehicle has a subscriber for each of its two streams: with one on `vehicle/<id>/*` the rate was
-the same for 10 vehicles and a sixth lower for 40.
+A vehicle has a subscriber for each of its two streams. With one subscriber on `vehicle/<id>/*` the
+rate was the same for 10 vehicles and a sixth lower for 40.
 """
 
 import tempfile
@@ -37,7 +37,7 @@ CYCLE_LIMIT_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sizes:
-    """Payload bytes of each message; `links` is the sum over all its messages of a cycle."""
+    """Payload bytes of each message; `links` is the sum over its messages in a cycle."""
 
     sense: int = 66
     beacon: int = 91
@@ -60,14 +60,14 @@ class Sizes:
         )
 
     def links_payloads(self) -> list[bytes]:
-        """The links of a cycle, in as few messages of equal size as the transport carries."""
+        """Return the links of a cycle in as few messages of equal size as the transport allows."""
         messages = max(1, -(-self.links // MESSAGE_LIMIT_BYTES))
         return [bytes(-(-self.links // messages))] * messages
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What all processes of one measurement know."""
+    """The settings that all processes of a measurement share."""
 
     world: str
     channel: str
@@ -86,7 +86,7 @@ class Run:
 
 
 def bare_barrier(vehicles: int, cycles: int, sizes: Sizes, lookahead: int = 0) -> float:
-    """Cycles per second of wall time as the world sees it, over `cycles` after the warm-up."""
+    """Return the world's cycles per second of wall time, over `cycles` after the warm-up."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-bare-") as folder:
         run = Run(
             world=f"unixsock-stream/{Path(folder, 'world')}",

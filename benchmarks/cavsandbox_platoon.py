@@ -2,12 +2,12 @@
 
 40 cars 37.5 m apart at 30 m/s. The first follows a speed profile that brakes by 6 m/s at 10 s; the
 others run CACC on a radar with noise and delay, a Kalman filter, and V2V messages at 10 Hz with a
-second Kalman filter that fuses them. Everything it can be told goes into a workbook; what it does
-not ask for is left as it comes (its step of 10 ms, actuators with lag). Timed are its loop without
-a window and the writing of its CSV.
+second Kalman filter that fuses them. A workbook holds all settings that it has; the rest stays as
+it is (its step of 10 ms, actuators with lag). The time covers its loop without a window, and the
+writing of its CSV.
 
-`python -m benchmarks.cavsandbox_platoon` prints the rate alone, for `python -m benchmarks`: pandas
-and pygame, which come with it, stay out of the process that measures the others.
+`python -m benchmarks.cavsandbox_platoon` prints only the rate, for `python -m benchmarks`. So
+pandas and pygame, its dependencies, stay out of the process that measures the others.
 """
 
 import sys
@@ -30,14 +30,14 @@ LOG_RATE_HZ = 10
 
 
 def platoon_rate() -> float:
-    """Vehicle-seconds simulated per second of wall time; RuntimeError if cars collide."""
+    """Return vehicle-seconds simulated per second of wall time; RuntimeError if cars collide."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-cavsandbox-") as folder:
         _run(Path(folder), WARM_UP_S)
         return VEHICLES * SIMULATED_S / _run(Path(folder), SIMULATED_S)
 
 
 def _run(folder: Path, duration_s: float) -> float:
-    """Wall time of a run, s."""
+    """Run once and return the wall time, s."""
     workbook = folder / "platoon.xlsx"
     _write(workbook, duration_s)
     vehicles, config = load_vehicles(str(workbook))
@@ -47,7 +47,7 @@ def _run(folder: Path, duration_s: float) -> float:
     log.to_csv(folder / "data.csv", index=False)
     elapsed_s = (time.perf_counter_ns() - start_ns) * 1e-9
     if len(log) != round(VEHICLES * duration_s * LOG_RATE_HZ):
-        raise RuntimeError("cars have collided in CAVSandbox")
+        raise RuntimeError("cars collided in CAVSandbox")
     return elapsed_s
 
 
@@ -66,7 +66,7 @@ def _write(workbook: Path, duration_s: float) -> None:
         "a_min_mps2": -3.0,
         "master_seed": 1,
     }
-    profile = {  # the value of a row is reached at the time of the next one
+    profile = {  # the speed reaches the value of a row at the time of the next row
         "time_s": [0.0, 10.0, 12.0],
         "value": [SPEED_MPS, SPEED_MPS - 6.0, SPEED_MPS],
         "transition": "ramp",
@@ -78,7 +78,7 @@ def _write(workbook: Path, duration_s: float) -> None:
 
 
 def _vehicles() -> list[dict[str, object]]:
-    """A row for each car, the first one first."""
+    """Return a row for each car, from the first to the last."""
     return [
         {
             "vehicle_id": i,

@@ -1,6 +1,6 @@
-"""CPU time of a channel's cycle: from 40 to 1,000 vehicles, each with 20 others in range.
+"""CPU time of a channel's cycle, for 40 to 1,000 vehicles, each with 20 others in range.
 
-`python -m benchmarks.channel` prints a table of it, for several kinds of channel.
+`python -m benchmarks.channel` prints a table for several kinds of channel.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from zenvoy.scenarios import (
 SIZES: Final = (40, 100, 200, 500, 1_000)
 GAP_M: Final = 95.0  # ten vehicles within the kilometre of 802.11p, on either side
 CYCLES: Final = 30
-SETTLING: Final = 5  # cycles in which tables of links fill
+SETTLING: Final = 5  # cycles in which the tables of links fill
 CHANNELS: Final[Mapping[str, Channel]] = {
     "802.11p as it is": Channel(),
     "bursts, gamma latency": Channel(
@@ -46,9 +46,9 @@ CHANNELS: Final[Mapping[str, Channel]] = {
 
 
 def cycle_ms(channel: Channel, vehicles: int) -> float:
-    """Median CPU time of a cycle, ms: beacons in, what is delivered and logged out.
+    """Return the median CPU time of a cycle, ms, from the beacons to deliveries and links.
 
-    Decoding the beacons is in it, sending and receiving messages over Zenoh is not.
+    It includes decoding the beacons, but not sending and receiving messages over Zenoh.
     """
     scenario = Scenario(
         duration_s=CYCLES * 0.1,

@@ -1,4 +1,4 @@
-"""Zenvoy's own rate: the paper's case 15 with fleets of other sizes, judged from the log."""
+"""Zenvoy's own rate: the paper's case 15 with other fleet sizes, read from the log."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ WARM_UP_CYCLES = 120  # the controller switches at 10 s
 
 
 def convoy_rate(vehicles: int, cycles: int, bus: str, per_process: int = 1) -> float:
-    """Cycles per second of wall time over `cycles` after the warm-up, as `/clock` has it.
+    """Return the cycles per second of wall time over `cycles` after the warm-up, from `/clock`.
 
-    per_process: how many vehicles share a process, on Zenoh.
+    per_process is the number of vehicles in a process, on Zenoh.
     """
     duration_s = (WARM_UP_CYCLES + cycles) / 10
     with tempfile.TemporaryDirectory(prefix="zenvoy-convoy-") as folder:

@@ -1,9 +1,9 @@
-"""`python -m benchmarks.estimators`: what each kind of filter costs and finds, as estimators.md.
+"""`python -m benchmarks.estimators`: compares the filters in time and error; writes estimators.md.
 
-Time: of one step of a link (predict for each period since the last reading, then update), beside
-filterpy's own KalmanFilter called plainly. The filters take the same readings in turn, a block at a
-time, and what is compared was measured within a few milliseconds. Error: the paper's case 15, the
-same run with each kind, judged from its log.
+The time is that of one step of a link (predict for each period since the last reading, then
+update), next to filterpy's own KalmanFilter without precomputed gains. The filters take the same
+readings in turn, block by block, so that compared times were measured within a few milliseconds.
+The error is that in the paper's case 15, run with each filter and read from its log.
 """
 
 import resource
@@ -35,7 +35,7 @@ KINDS: Final[tuple[Literal["kalman", "ekf", "ukf"], ...]] = ("kalman", "ekf", "u
 PLAIN: Final = "filterpy's KalmanFilter, predict and update"
 RESULTS: Final = Path(__file__).with_name("estimators.md")
 
-ROUNDS: Final = 5  # each finds its gains anew, as each run does
+ROUNDS: Final = 5  # each computes its gains again, as each run does
 WARM_UP_STEPS: Final = 1_000
 BLOCKS: Final = 100
 BLOCK_STEPS: Final = 20
@@ -52,7 +52,7 @@ Step = Callable[[Inputs, Reading, tuple[float, ...]], None]
 
 
 class Plain:
-    """filterpy's KalmanFilter, called as its documentation does."""
+    """filterpy's KalmanFilter, called as in its documentation."""
 
     def __init__(self) -> None:
         self.kalman = KalmanFilter(dim_x=2, dim_z=2, dim_u=1)
@@ -67,7 +67,7 @@ class Plain:
 
 
 def steps_of(missed: float, seed: int) -> Iterator[tuple[Inputs, Reading]]:
-    """Inputs and readings of a link on which this share of the readings does not come."""
+    """Yield inputs and readings of a link on which this fraction of the readings is missing."""
     random = np.random.default_rng(seed)
     for _ in range(WARM_UP_STEPS + BLOCKS * BLOCK_STEPS):
         inputs = random.uniform(-1.0, 1.0, random.geometric(1.0 - missed)).tolist()
@@ -75,7 +75,7 @@ def steps_of(missed: float, seed: int) -> Iterator[tuple[Inputs, Reading]]:
 
 
 def block_us(step: Step, block: Sequence[tuple[Inputs, Reading]]) -> float:
-    """Mean CPU time of a step over a block of readings, µs."""
+    """Return the mean CPU time of a step over a block of readings, µs."""
     start_ns = time.process_time_ns()
     for inputs, z in block:
         step(inputs, z, VARIANCES)
@@ -83,7 +83,7 @@ def block_us(step: Step, block: Sequence[tuple[Inputs, Reading]]) -> float:
 
 
 def times_us(missed: float) -> list[dict[str, float]]:
-    """Time of a step by filter, µs, for each block of each round."""
+    """Return the time of a step by filter, µs, for each block of each round."""
     blocks = []
     for seed in range(ROUNDS):
         gain_schedule.cache_clear()
@@ -100,7 +100,7 @@ def times_us(missed: float) -> list[dict[str, float]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What a run of case 15 found: RMSE in m/s and m, and its CPU time."""
+    """The result of a run of case 15: RMSE in m/s and m, CPU time, and true positions."""
 
     speed: float
     gap: float
@@ -132,20 +132,20 @@ def run_of(kind: str, seed: int) -> Run:
 
 
 class Table(NamedTuple):
-    """Of Markdown: the first column is text, the others are numbers."""
+    """A Markdown table; the first column is text, the others are numbers."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
 
     @property
     def lines(self) -> list[str]:
-        """As Markdown."""
+        """The lines of the table."""
         rule = ["---", *["---:"] * (len(self.head) - 1)]
         return [f"| {' | '.join(row)} |" for row in (self.head, rule, *self.rows)]
 
 
 def time_table() -> Table:
-    """Time of a step, and how many times that of filterpy's KalmanFilter in the same block."""
+    """Return the time of a step, and its ratio to filterpy's KalmanFilter in the same block."""
     columns = [times_us(0.0), times_us(MISSED)]
     rows = []
     for name in (PLAIN, *KINDS):
@@ -159,7 +159,7 @@ def time_table() -> Table:
 
 
 def error_table() -> Table:
-    """RMSE of each kind and seed, with the readings' own for scale."""
+    """Return the RMSE of each filter and seed, with that of the readings for comparison."""
     head = ("filter, seed", "own speed, m/s", "gap ahead, m", "farthest from kalman, m", "CPU, s")
     rows = []
     for seed in SEEDS:
@@ -182,17 +182,17 @@ def main() -> None:
     lines = [
         "# Estimators compared",
         "",
-        "Written by `python -m benchmarks.estimators`; docs/estimators.md says what it means.",
+        "Written by `python -m benchmarks.estimators`; docs/estimators.md discusses the results.",
         "",
         *measured_on,
         "",
-        f"CPU time of one step of a link: medians over {blocks}; the ratio is the median",
-        "of those within the blocks.",
+        f"CPU time of one step of a link: medians over {blocks}. The ratio is the median of the",
+        "ratios within the blocks.",
         "",
         *time_table().lines,
         "",
-        f"RMSE in the paper's case 15 ({DURATION_S} s, 40 vehicles, in-process), how far any",
-        "vehicle ever is from where it is with `kalman`, and the user CPU time of the run.",
+        f"RMSE in the paper's case 15 ({DURATION_S} s, 40 vehicles, in-process), the largest",
+        "distance of any vehicle from its position with `kalman`, and the user CPU time of the run.",
         "",
         *error_table().lines,
         "",

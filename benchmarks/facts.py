@@ -1,4 +1,4 @@
-"""On what the figures of a benchmark were measured."""
+"""The machine and the versions on which a benchmark was measured."""
 
 import datetime
 import os
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def facts(packages: Iterable[str]) -> list[str]:
-    """Lines of Markdown; to be asked before the runs, which raise the load themselves."""
+    """Return the facts as lines of Markdown; call this before the runs, which raise the load."""
     cpuinfo = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     models = [line.partition(":")[2].strip() for line in cpuinfo if line.startswith("model name")]
     values = {

@@ -1,11 +1,11 @@
 """HELICS for comparison: value federates in lock-step, each in a process of its own.
 
 A federate publishes one double per step of 0.1 s and reads that of its neighbour, in a ring. That
-is less than a cycle of Zenvoy, in which every vehicle takes four messages and all wait for all.
+is less work than a cycle of Zenvoy, which has four messages per vehicle and a barrier for all.
 
-Set for speed: period 0.1 s, uninterruptible (no grants between steps), no wait for the current
-time's updates (in a ring it would deadlock), no logging anywhere, batch scheduling as for Zenvoy,
-the default distributed timing (--globaltime took three times as long). `zmq` is the usual core
+The settings favour speed: period 0.1 s, uninterruptible (no grants between steps), no wait for the
+current time's updates (in a ring it would deadlock), no logging, batch scheduling as for Zenvoy,
+and the default distributed timing (--globaltime took three times as long). `zmq` is the usual core
 between processes; `ipc`, shared memory on one machine, is the fastest.
 """
 
@@ -26,13 +26,13 @@ STEP_S = 0.1
 WARM_UP_STEPS = 20
 START_LIMIT_S = 60.0
 STEP_LIMIT_S = 0.5
-# below the range from which Linux takes ports for outgoing connections: the broker hands out the
-# ports above its own to the federates without looking, and one taken meanwhile ends the run
+# These ports are below the range that Linux uses for outgoing connections. The broker gives the
+# ports above its own to the federates unchecked, and the run fails if one has been taken meanwhile.
 PORTS = range(10_000, 30_000)
 
 
 def helics_steps(federates: int, steps: int, core: str = "zmq") -> float:
-    """Steps per second of wall time seen by the first federate, over `steps` after the warm-up.
+    """Return the first federate's steps per second of wall time, over `steps` after the warm-up.
 
     `core` is `zmq` or `ipc`. Raises TimeoutError if the federation hangs, RuntimeError if a
     federate fails or reads a value of another step.
@@ -53,7 +53,7 @@ def helics_steps(federates: int, steps: int, core: str = "zmq") -> float:
 
 
 def _free_ports(count: int) -> int:
-    """The first of `count` neighbouring free ports on the loopback interface."""
+    """Return the first of `count` consecutive free ports on the loopback interface."""
     while True:
         first = random.choice(PORTS)
         with ExitStack() as stack:
@@ -70,7 +70,7 @@ def _broker(ready: Event, federates: int, core: str, address: str, control: Cont
     broker = helics.helicsCreateBroker(core, "", options)
     if not helics.helicsBrokerIsConnected(broker):
         raise RuntimeError("the HELICS broker could not start")
-    ready.set()  # a core that comes before its broker may lose 20 s in retries
+    ready.set()  # a core that starts before its broker may lose 20 s in retries
     helics.helicsBrokerWaitForDisconnect(broker, -1)
     control.wait_for_end()
     helics.helicsBrokerFree(broker)

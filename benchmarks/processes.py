@@ -1,4 +1,4 @@
-"""Runs the processes of one measurement: forked together, ended together, none left behind."""
+"""Runs the processes of one measurement: it forks them together and leaves none behind."""
 
 import ctypes
 import multiprocessing
@@ -17,17 +17,17 @@ PR_SET_PDEATHSIG = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Control:
-    """What a process of a measurement holds of its parent."""
+    """The pipes by which a process of a measurement talks to its parent."""
 
     result: Connection
     gate: Connection
 
     def report(self, rate: float) -> None:
-        """Hand the measured rate, 1/s, to the parent; exactly one of the processes does."""
+        """Send the measured rate, 1/s, to the parent; exactly one of the processes does this."""
         self.result.send(rate)
 
     def wait_for_end(self) -> None:
-        """Block until the parent has the rate, so that nobody leaves while others still talk."""
+        """Block until the parent has the rate, so that no process leaves while others need it."""
         wait([self.gate])
 
 
@@ -35,10 +35,10 @@ Job = Callable[[Control], None]
 
 
 def measure(jobs: Mapping[str, Job], limit_s: float) -> float:
-    """Rate, 1/s, reported by one of `jobs`, each of which runs in a process of its own.
+    """Run each of `jobs` in a process of its own, and return the rate, 1/s, that one reports.
 
-    Raises RuntimeError if a process fails, and TimeoutError if they are not all done `limit_s`
-    seconds after the call; no process outlives it.
+    Raises RuntimeError if a process fails, and TimeoutError if they are not all done within
+    `limit_s`. No process outlives the call.
     """
     context = multiprocessing.get_context("fork")
     deadline = time.monotonic() + limit_s
@@ -60,9 +60,9 @@ def measure(jobs: Mapping[str, Job], limit_s: float) -> float:
 
 
 def _run(job: Job, control: Control, gate: Connection) -> None:
-    """Body of a child. Only the parent may hold the gate's other end: its closing is the signal."""
+    """Run the job in a child. It closes its copy of the gate, whose end then is the parent's signal."""
     gate.close()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's; it ends the rest
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its children
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -73,7 +73,7 @@ def _run(job: Job, control: Control, gate: Connection) -> None:
 
 
 def _rate(processes: Sequence[ForkProcess], result: Connection, deadline: float) -> float:
-    """Wait for the report; a process that ends badly before it is an error."""
+    """Wait for the reported rate; raises if a process fails before."""
     running = {process.sentinel: process for process in processes}
     while True:
         ready = wait([result, *running], max(0.0, deadline - time.monotonic()))
@@ -83,7 +83,7 @@ def _rate(processes: Sequence[ForkProcess], result: Connection, deadline: float)
         if result in ready:
             return float(result.recv())
         if not running:
-            raise RuntimeError("every process has ended, none has reported a rate")
+            raise RuntimeError("all processes have ended, and none has reported a rate")
 
 
 def _join(processes: Sequence[ForkProcess], deadline: float) -> None:

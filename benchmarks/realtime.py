@@ -1,6 +1,6 @@
-"""How fleets of several sizes keep to the wall clock, judged from their logs.
+"""Measures how well fleets of several sizes keep to the wall clock, from their logs.
 
-`python -m benchmarks.realtime [--duration-s 120] [SIZE …]` prints a table of it.
+`python -m benchmarks.realtime [--duration-s 120] [SIZE …]` prints a table.
 """
 
 from __future__ import annotations
@@ -26,14 +26,19 @@ from zenvoy.analysis.measures.punctuality import (
 )
 
 SIZES: Final = (10, 20, 40, 100, 200)
-SCENARIO: Final = "quickstart"  # up to 53 vehicles everyone is in range of everyone
-# As it is, vehicles decide 0.6 ms after the frames of a cycle are due: time that no machine has.
+SCENARIO: Final = "quickstart"  # up to 53 vehicles, all are in range of each other
+# Without these settings vehicles decide 0.6 ms after the frames of a cycle are due, which is too
+# soon for any machine.
 SLACK: Final = ("control.v2v_wait_ms=25", "control.system_delay_ms=75")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kept:
-    """How one run kept to the clock. cores: CPU time of all its processes over wall time."""
+    """How well a run kept to the clock.
+
+    `missed` of the `due` frames missed their decision. `cores` is the CPU time of all processes
+    divided by the wall time.
+    """
 
     punctuality: Punctuality
     missed: int
@@ -48,7 +53,7 @@ def keep(
     scenario: str = SCENARIO,
     per_process: int = 1,
 ) -> Kept:
-    """Run a fleet of this size in real time, so many vehicles to a process."""
+    """Run a fleet of this size in real time, with `per_process` vehicles in a process."""
     with tempfile.TemporaryDirectory(prefix="zenvoy-realtime-") as folder:
         out = Path(folder, "run")
         command = [sys.executable, "-m", "zenvoy.cli", "run", scenario, "--realtime"]
@@ -65,20 +70,20 @@ def keep(
         run = load(out / "run.mcap")
         found = punctuality(run)
         if found is None:
-            raise RuntimeError(f"{vehicles} vehicles: no cycle tells of how it kept to the clock")
+            raise RuntimeError(f"{vehicles} vehicles: the log has no timing of any cycle")
         missed, due = missed_decisions(run)
     return Kept(punctuality=found, missed=missed, due=due, cores=spent_s / duration_s)
 
 
 def delivery_p99_ms(vehicles: int, per_process: int = 1, duration_s: float = 20.0) -> float:
-    """By how much deliveries were later than drawn, ms: 99th percentile."""
+    """Return the 99th percentile of the lateness of deliveries, ms."""
     kept = keep(vehicles, duration_s, per_process=per_process)
-    told = quantiles(kept.punctuality.delivery)
-    return float("nan") if told is None else told.p99
+    found = quantiles(kept.punctuality.delivery)
+    return float("nan") if found is None else found.p99
 
 
 def _cpu_s() -> float:
-    """CPU time of all children that have ended, and of theirs."""
+    """Return the CPU time of all ended children and their children, s."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -87,8 +92,8 @@ def _row(kept: Kept) -> list[str]:
     found = kept.punctuality
     cells = []
     for lateness in (found.cycle, found.sense, found.delivery, found.command):
-        told = quantiles(lateness)
-        cells.append("-" if told is None else f"{told.p50:.2f} / {told.p99:.2f} / {told.max:.1f}")
+        of = quantiles(lateness)
+        cells.append("-" if of is None else f"{of.p50:.2f} / {of.p99:.2f} / {of.max:.1f}")
     return [
         *cells,
         f"{found.commands_late} + {found.commands_missing}",
@@ -107,8 +112,8 @@ def main() -> None:
     parser.add_argument("--vehicles-per-process", type=int, default=1)
     parser.add_argument("--scenario", default=SCENARIO)
     parser.add_argument("--set", action="append", dest="settings", help=f"instead of {SLACK}")
-    told = parser.parse_args()
-    settings = SLACK if told.settings is None else tuple(told.settings)
+    options = parser.parse_args()
+    settings = SLACK if options.settings is None else tuple(options.settings)
     table = Table(
         "vehicles",
         "cycle",
@@ -120,10 +125,12 @@ def main() -> None:
         "overruns",
         "drift",
         "cores",
-        title="Lateness, ms: median / 99th percentile / most",
+        title="Lateness, ms: median / 99th percentile / maximum",
     )
-    for vehicles in told.sizes:
-        kept = keep(vehicles, told.duration_s, settings, told.scenario, told.vehicles_per_process)
+    for vehicles in options.sizes:
+        kept = keep(
+            vehicles, options.duration_s, settings, options.scenario, options.vehicles_per_process
+        )
         table.add_row(str(vehicles), *_row(kept))
     Console(width=200).print(table)
 

@@ -1,7 +1,7 @@
 """A Zenoh session with the settings of docs/architecture.md, and readiness without a sleep.
 
-Peers that listen nowhere, Unix sockets, the low-latency transport, one thread for everything
-Zenoh does in the background, blocking `recv` and `put`.
+Vehicles are peers that listen nowhere. The session uses Unix sockets, the low-latency transport,
+one background thread, and blocking `recv` and `put`.
 """
 
 import json
@@ -12,7 +12,7 @@ from typing import cast
 import zenoh
 from zenoh.handlers import FifoChannel, Handler
 
-MESSAGE_LIMIT_BYTES = 60_000  # the low-latency transport loses messages from about 65,400 bytes
+MESSAGE_LIMIT_BYTES = 60_000  # the low-latency transport loses messages above about 65,400 bytes
 ROOT = "zenvoy/bare"
 RUNTIME = (
     "(app:(worker_threads:1),rx:(handover:app),tx:(handover:app),net:(handover:app),"
@@ -23,7 +23,7 @@ Inbox = zenoh.Subscriber[Handler[zenoh.Sample]]
 
 
 def open_session(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Session:
-    """Open the process's one session; nothing in this process may have opened one before."""
+    """Open the only session of this process; it must not have opened one before."""
     os.environ["ZENOH_RUNTIME"] = RUNTIME
     retry = {"period_init_ms": 50, "period_max_ms": 200, "period_increase_factor": 1.5}
     config = {
@@ -41,33 +41,33 @@ def open_session(listen: Sequence[str], connect: Sequence[str]) -> zenoh.Session
 
 
 def subscribe(session: zenoh.Session, key: str) -> Inbox:
-    """An inbox for one stream; its `recv` blocks."""
+    """Return an inbox for one stream; its `recv` blocks."""
     return session.declare_subscriber(
         f"{ROOT}/{key}", FifoChannel(4096), allowed_origin=zenoh.Locality.REMOTE
     )
 
 
 def publisher(session: zenoh.Session, key: str) -> zenoh.Publisher:
-    """A publisher, once it has a subscriber elsewhere: what is put before that is gone."""
+    """Return a publisher once it has a remote subscriber; earlier messages would be lost."""
     declared = session.declare_publisher(
         f"{ROOT}/{key}",
         congestion_control=zenoh.CongestionControl.BLOCK,
         allowed_destination=zenoh.Locality.REMOTE,
     )
     with declared.declare_matching_listener(FifoChannel(16)) as changes:
-        # zenoh's stub says bool; the object is a status, and as a bool always true
+        # zenoh's stub says bool, but the object is a status, which is always true as a bool
         while not cast(zenoh.MatchingStatus, declared.matching_status).matching:
             changes.recv()
     return declared
 
 
 def announce(session: zenoh.Session, name: str) -> zenoh.LivelinessToken:
-    """Say that process `name` has its subscribers and its publishers' matches."""
+    """Announce that process `name` has declared its subscribers and matched its publishers."""
     return session.liveliness().declare_token(f"{ROOT}/alive/{name}")
 
 
 def await_announced(session: zenoh.Session, names: Iterable[str]) -> None:
-    """Block until every one of the processes `names` has announced itself."""
+    """Block until all processes in `names` have announced themselves."""
     missing = {f"{ROOT}/alive/{name}" for name in names}
     with session.liveliness().declare_subscriber(
         f"{ROOT}/alive/*", FifoChannel(4096), history=True

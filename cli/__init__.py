@@ -1,1 +1,1 @@
-"""The command line: runs fleets, watches them, tells what came of it."""
+"""The command line: it starts runs, shows their progress and prints the results."""

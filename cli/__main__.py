@@ -1,4 +1,4 @@
-"""`python -m zenvoy.cli` is the `zenvoy` command."""
+"""Run the `zenvoy` command by `python -m zenvoy.cli`."""
 
 from __future__ import annotations
 

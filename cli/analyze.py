@@ -1,4 +1,4 @@
-"""`zenvoy analyze` and `zenvoy compare` from logs to files and an exit code."""
+"""`zenvoy analyze` and `zenvoy compare`, from logs to files and the exit code."""
 
 from __future__ import annotations
 
@@ -28,26 +28,26 @@ from zenvoy.fleet.requests import interruptible
 
 
 class OutError(Exception):
-    """What is to hold the files cannot."""
+    """The output folder cannot be made."""
 
 
 def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> int:
-    """Print what a log tells, and leave its report, tables and pictures; the exit code."""
+    """Print the summary and chapters of a log, write its report; return the exit code."""
     try:
         run = _with_motion(log)
         folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
         for note in run.notes:
             errors.print(f"{log}: {note}")
-        with bearing(run):
-            summary, told = summary_of(run), chapters(run)
+        with damage_as_log_error(run):
+            summary, sections = summary_of(run), chapters(run)
 
-            def tell() -> None:
+            def print_result() -> None:
                 print_summary(console, summary)
-                for section in told:
+                for section in sections:
                     print_section(console, section)
 
-            page = report_page(run, (overview_section(run, summary), *told))
-            return leave(page, "report.html", folder, console, errors, tell)
+            page = report_page(run, (overview_section(run, summary), *sections))
+            return write_page(page, "report.html", folder, console, errors, print_result)
     except (LogError, OutError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT
@@ -56,12 +56,12 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
 def compare(
     logs: list[Path], labels: list[str], out: Path | None, console: Console, errors: Console
 ) -> int:
-    """Print what differs between runs, and leave it as page, tables and pictures; the exit code."""
+    """Print a comparison of runs, write it as a page with its files; return the exit code."""
     try:
         named = labels_for(logs, labels)
         runs = [_with_motion(log) for log in logs]
         folder = folder_for(Path("runs") / f"{stamp()}-comparison" if out is None else out)
-        with bearing(*runs):
+        with damage_as_log_error(*runs):
             compared = [
                 Compared(label=label, run=run, summary=summary_of(run))
                 for label, run in zip(named, runs, strict=True)
@@ -70,20 +70,20 @@ def compare(
             for note in page.notes:
                 errors.print(note)
 
-            def tell() -> None:
+            def print_result() -> None:
                 for name, value in page.facts:
                     console.print(f"{name}: {value}")
                 for section in page.sections:
                     print_section(console, section)
 
-            return leave(page, "compare.html", folder, console, errors, tell)
+            return write_page(page, "compare.html", folder, console, errors, print_result)
     except (LogError, OutError, LabelError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT
 
 
 def _with_motion(log: Path) -> Run:
-    """The run of a log; raises LogError where there is no motion to show."""
+    """Load the run of a log; raises LogError if there is no motion to show."""
     run = load(log)
     if len(run.time_s) < 2 or not run.cycles:
         reasons = dict.fromkeys([*run.notes, "no cycle was logged"])
@@ -92,10 +92,10 @@ def _with_motion(log: Path) -> Run:
 
 
 @contextmanager
-def bearing(*runs: Run) -> Iterator[None]:
-    """Raise LogError for what an analysis cannot bear of a log that fails its checks.
+def damage_as_log_error(*runs: Run) -> Iterator[None]:
+    """Turn an error of the analysis into a LogError if a log fails its checks.
 
-    Nothing is promised of numbers that are not those of the run, but a line that says so.
+    The numbers in a damaged log can be anything, so that any calculation with them may fail.
     """
     try:
         yield
@@ -108,7 +108,7 @@ def bearing(*runs: Run) -> Iterator[None]:
 
 
 def folder_for(folder: Path) -> Path:
-    """The folder, made where it is not there; raises OutError."""
+    """Make the folder if it does not exist, and return it; raises OutError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -116,15 +116,18 @@ def folder_for(folder: Path) -> Path:
     return folder
 
 
-def leave(
+def write_page(
     page: Page,
     name: str,
     folder: Path,
     console: Console,
     errors: Console,
-    tell: Callable[[], None],
+    print_result: Callable[[], None],
 ) -> int:
-    """Draw and write every file, then tell what there is to tell, and where they are."""
+    """Write a page with its pictures and tables, print the result and the paths of the files.
+
+    Return the exit code.
+    """
     pictures = [picture for section in page.sections for picture in section.pictures]
     sheets = [sheet for section in page.sections for sheet in section.sheets]
     forms = {picture.name: drawn(picture) for picture in pictures}
@@ -138,9 +141,9 @@ def leave(
             write_whole(folder, files)
     except OSError as error:
         failure = error.strerror
-    tell()
+    print_result()
     if failure is not None:
-        errors.print(f"{folder}: cannot be written to: {failure}")
+        errors.print(f"{folder}: cannot write: {failure}")
         return exits.FAILED
     console.print()
     for path in _paths(folder, files):
@@ -149,7 +152,7 @@ def leave(
 
 
 def _paths(folder: Path, files: Iterable[str]) -> list[str]:
-    """Where files are, as a shell would take it: those of one stem together, the page last."""
+    """Return the paths in shell notation, files of one stem in one line, the page last."""
     kinds: dict[str, list[str]] = {}
     for name in files:
         stem, _, kind = name.rpartition(".")

@@ -1,7 +1,7 @@
 """The `zenvoy` command.
 
-Commands import what only they need, so that `zenvoy show` does not wait for what `zenvoy run`
-imports: filterpy takes more than a second.
+Each command imports its own dependencies, so that `zenvoy show` does not wait for the imports of
+`zenvoy run`. filterpy alone takes more than a second.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from zenvoy.cli.options import (
     engine_of,
     scenario_of,
 )
-from zenvoy.cli.streams import settle
+from zenvoy.cli.streams import flush
 from zenvoy.cli.study_commands import STUDY_COMMANDS
 from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.cli.usage import App
@@ -45,7 +45,7 @@ from zenvoy.scenarios.reading.technology_files import technology_in
 
 app = App(
     name="zenvoy",
-    help="Emulates convoys of vehicles that talk to each other.",
+    help="Emulate convoys of vehicles that talk to each other (V2V).",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
@@ -71,7 +71,7 @@ def zenvoy(
         ),
     ] = False,
 ) -> None:
-    """What stands before a command."""
+    """Take the options that stand before a command."""
 
 
 @app.command()
@@ -84,32 +84,35 @@ def run(
         Path | None, typer.Option(help="Folder of the run [default: runs/<time>-<scenario>].")
     ] = None,
     bus: Annotated[
-        Bus, typer.Option(help="A process per vehicle on Zenoh, or all in one.")
+        Bus, typer.Option(help="One process per vehicle on Zenoh, or the whole fleet in one.")
     ] = Bus.ZENOH,
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="On the wall clock, not as fast as possible.")
+        bool,
+        typer.Option("--realtime", help="Run on the wall clock, not as fast as possible."),
     ] = False,
     speed: Annotated[
-        float | None, typer.Option(help="In real time: simulated over wall time, 0.1 to 10.")
+        float | None,
+        typer.Option(help="In real time: simulated time per wall time, 0.1 to 10."),
     ] = None,
     per_process: Annotated[
-        int, typer.Option("--vehicles-per-process", help="How many neighbours share a process.")
+        int,
+        typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
     ] = 1,
     without: Annotated[
         list[int] | None,
-        typer.Option(metavar="ID", help="A vehicle that another program is to be; repeatable."),
+        typer.Option(metavar="ID", help="Leave this vehicle to another program; repeatable."),
     ] = None,
     listen: Annotated[
         list[str] | None,
         typer.Option(
             metavar="tcp/HOST:PORT",
-            help="Where the world listens too, and the channel at the next port; repeatable.",
+            help="Let the world listen here too, and the channel on the next port; repeatable.",
         ),
     ] = None,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Run a scenario; leaves its log, its summary and a log per process in a folder."""
+    """Run a scenario; write its log, its summary and the output of each process to a folder."""
     clock = "realtime" if realtime else None
     loaded = scenario_of(
         scenario,
@@ -121,13 +124,13 @@ def run(
         allow_code=allow_code,
     )
     if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
-        refuse(f"clock: realtime is for a process per vehicle; allowed: --bus {Bus.ZENOH.value}")
+        refuse(f"clock: realtime needs processes; allowed: --bus {Bus.ZENOH.value}")
     if per_process < 1:
         refuse(f"--vehicles-per-process {per_process}: is not at least 1")
     if (without or listen or per_process > 1) and bus is Bus.IN_PROCESS:
         refuse(
-            "--without, --listen and --vehicles-per-process are for processes: "
-            f"--bus {Bus.ZENOH.value}"
+            "--without, --listen and --vehicles-per-process need processes; "
+            f"allowed: --bus {Bus.ZENOH.value}"
         )
     from zenvoy.fleet.guests import GuestsError, guests
 
@@ -135,7 +138,7 @@ def run(
         others = guests(without or (), listen or (), loaded.scenario.fleet.size)
     except GuestsError as error:
         refuse(str(error))
-    _tell_notes(loaded, strict)
+    _print_notes(loaded, strict)
     from zenvoy.cli.execute import execute
 
     with interruptible():
@@ -146,17 +149,15 @@ def run(
 @app.command()
 def vehicle(
     vehicle: Annotated[int, typer.Option("--id", help="Number of the vehicle, from 1 on.")],
-    run: Annotated[
-        str, typer.Option(help="Folder of the run; or its name, where --connect says where it is.")
-    ],
+    run: Annotated[str, typer.Option(help="Folder of the run, or its name if --connect is given.")],
     connect: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ENDPOINT", help="Where the world listens, and again, where the channel does."
+            metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
         ),
     ] = None,
     timeout_s: Annotated[
-        float, typer.Option(help="How long to wait for the run to answer, s [0.1 to 86400].")
+        float, typer.Option(help="Longest wait for an answer of the run, s [0.1 to 86400].")
     ] = 10.0,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -165,7 +166,7 @@ def vehicle(
 
     with interruptible():
         code = join(vehicle, run, connect or (), timeout_s, console, errors, allow_code=allow_code)
-    os._exit(settle(code))  # a session that is open would keep the interpreter from leaving
+    os._exit(flush(code))  # an open session would keep the interpreter from exiting
 
 
 @app.command()
@@ -187,9 +188,9 @@ def show(
     duration_s: DurationOption = None,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Print the effective scenario with all defaults; itself a valid scenario file."""
+    """Print a scenario with all its defaults, as a valid scenario file."""
     shown = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code).scenario
-    # Scenarios are UTF-8, and so is what is shown of one, or else of ASCII alone.
+    # A scenario file is UTF-8. On a terminal of another encoding, print ASCII alone.
     utf = sys.stdout.encoding.lower().startswith("utf")
     sys.stdout.write(effective_yaml(shown, ascii_only=not utf))
 
@@ -201,9 +202,9 @@ def check(
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Say whether a scenario is valid, and all that is wrong with it."""
+    """Check a scenario without running it, and print all its errors."""
     loaded = scenario_of(scenario, overrides, None, None, allow_code=allow_code)
-    _tell_notes(loaded, strict)
+    _print_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
     console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
 
@@ -212,10 +213,10 @@ def check(
 def technologies(
     files: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[FILE]...", help="Technologies of your own, to print beside."),
+        typer.Argument(metavar="[FILE]...", help="Files of your own technologies to add."),
     ] = None,
 ) -> None:
-    """Print the V2X technologies: the paper's Table I, and those in files."""
+    """Print the V2X technologies: the paper's Table I, and those in the files given."""
     from zenvoy.cli.report import print_technologies
 
     try:
@@ -231,7 +232,7 @@ def channel(
     scenario: ScenarioArgument,
     overrides: SetOption = None,
     seed: SeedOption = None,
-    duration_s: Annotated[float, typer.Option(help="How long to look at it, s.")] = 60.0,
+    duration_s: Annotated[float, typer.Option(help="Simulated time to draw, s.")] = 60.0,
     out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-channel].")] = None,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -245,25 +246,31 @@ def channel(
 @app.command()
 def trace(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Table of times and speeds.")],
-    column: Annotated[str | None, typer.Option(help="Column of speeds, by name.")] = None,
-    time_column: Annotated[str | None, typer.Option(help="Column of times, by name.")] = None,
+    column: Annotated[str | None, typer.Option(help="Name of the column of speeds.")] = None,
+    time_column: Annotated[str | None, typer.Option(help="Name of the column of times.")] = None,
     unit: Annotated[
-        str | None, typer.Option(help="Of the speeds: m/s, km/h, mph, knots [default: header's].")
+        str | None,
+        typer.Option(help="Unit of the speeds: m/s, km/h, mph, knots [default: from the header]."),
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(help="Of the times: s, ms, us, ns, min [default: header's, or s].")
+        str | None,
+        typer.Option(
+            help="Unit of the times: s, ms, us, ns, min [default: from the header, or s]."
+        ),
     ] = None,
-    time: Annotated[str | None, typer.Option(help="as-given, or from-first.")] = None,
+    time: Annotated[
+        str | None, typer.Option(help="as-given, or from-first: the first time is 0.")
+    ] = None,
     where: Annotated[
         list[str] | None,
-        typer.Option(metavar="COLUMN=VALUE", help="The only rows to read; repeatable."),
+        typer.Option(metavar="COLUMN=VALUE", help="Read only the rows that match; repeatable."),
     ] = None,
     limit_mps2: Annotated[
-        float, typer.Option(help="Limit of commands to compare with, m/s².")
+        float, typer.Option(help="Acceleration limit to compare with, m/s².")
     ] = Control().acceleration_limit_mps2,
     out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-trace].")] = None,
 ) -> None:
-    """Show what a scenario's trace would read of a file: table, picture, limits."""
+    """Show what an event of type trace reads from a file: table, picture, limits."""
     from zenvoy.cli.trace import options_of, trace
 
     if not 0.0 < limit_mps2 < float("inf"):
@@ -276,8 +283,8 @@ for command in (*LOG_COMMANDS, *STUDY_COMMANDS):
     app.command()(command)
 
 
-def _tell_notes(loaded: Loaded, strict: bool) -> None:
-    """What is allowed, and hardly meant; --strict refuses it."""
+def _print_notes(loaded: Loaded, strict: bool) -> None:
+    """Print the notes on a valid scenario; with `strict`, print them and exit."""
     if strict and loaded.notes:
         refuse("\n".join(map(str, loaded.notes)))
     for note in loaded.notes:

@@ -1,4 +1,4 @@
-"""`zenvoy channel`: what the channel of a scenario does, drawn without a run."""
+"""`zenvoy channel`: draw what the channel of a scenario does, without a run."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
 from zenvoy.channel.rehearsal import rehearse
 from zenvoy.cli import exits
-from zenvoy.cli.analyze import OutError, folder_for, leave
+from zenvoy.cli.analyze import OutError, folder_for, write_page
 from zenvoy.cli.sections import print_section
 from zenvoy.scenarios import Loaded, effective_yaml
 
 
 def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console) -> int:
-    """Print what becomes of the frames of a scenario's fleet, and draw it; the exit code."""
+    """Print and draw what happens to the frames of a fleet; return the exit code."""
     try:
         folder = folder_for(Path("runs") / f"{stamp()}-channel" if out is None else out)
     except OutError as error:
@@ -28,7 +28,7 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
         return exits.BAD_INPUT
     section = v2v_section(_drawn(loaded))
 
-    def tell() -> None:
+    def print_result() -> None:
         console.print(_lead(loaded))
         print_section(console, section)
 
@@ -39,7 +39,7 @@ def channel(loaded: Loaded, out: Path | None, console: Console, errors: Console)
         folded=(("The scenario with all its values", effective_yaml(loaded.scenario)),),
         made=(made_by(f"zenvoy channel {loaded.name}"),),
     )
-    return leave(page, "channel.html", folder, console, errors, tell)
+    return write_page(page, "channel.html", folder, console, errors, print_result)
 
 
 def _drawn(loaded: Loaded) -> DrawnTraffic:
@@ -60,6 +60,6 @@ def _lead(loaded: Loaded) -> str:
     road = "on the open road" if length_m is None else f"on a ring of {length_m:g} m"
     return (
         f"{scenario.fleet.size} vehicles {road} drive on at {scenario.fleet.speed_mps:g} m/s, "
-        f"{scenario.fleet.gap_m:g} m apart, for {scenario.duration_s:g} s. No controller is at "
-        f"work: this is what the channel makes of their beacons."
+        f"{scenario.fleet.gap_m:g} m apart, for {scenario.duration_s:g} s. No controller acts: "
+        f"only the channel and the beacons are simulated."
     )

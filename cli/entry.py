@@ -1,7 +1,7 @@
-"""Where the `zenvoy` command starts: what must stand before anything heavy is imported.
+"""The entry point of the `zenvoy` command: what must be done before the slow imports.
 
-The commands import numpy, matplotlib and Zenoh, which takes a second. A request to end must not
-find Python's own handlers meanwhile, and a stream that is closed must not become somebody's file.
+The commands import numpy, matplotlib and Zenoh, which takes a second. Meanwhile a signal must not
+reach Python's default handlers, and no file must get the descriptor of a closed stream.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from zenvoy.fleet.requests import REQUESTS_TO_END
 
 
 def main() -> NoReturn:
-    """Entry point of the console script."""
+    """Run the command line and exit."""
     _leave_on_request()
     _speak_utf8()
     from zenvoy.cli import streams
@@ -30,8 +30,8 @@ def main() -> NoReturn:
 
     code = outcome(app)
     _leave_on_request()
-    code = streams.settle(code)
-    for number in REQUESTS_TO_END:  # too late: the interpreter tidies up, without its handlers
+    code = streams.flush(code)
+    for number in REQUESTS_TO_END:  # the interpreter shuts down, and its handlers are gone
         signal.signal(number, signal.SIG_IGN)
     sys.exit(code)
 
@@ -47,9 +47,9 @@ def _require_memory() -> None:
 
 
 def _leave_on_request() -> None:
-    """End at once, and without a word, as long as there is nothing to tidy up."""
+    """Exit at once and in silence on a signal, while there is nothing to clean up."""
     for number in REQUESTS_TO_END:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # nohup's, or a shell's for its jobs
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup, or as a shell's job
             signal.signal(number, _leave)
 
 
@@ -58,9 +58,9 @@ def _leave(_signal: int, _frame: FrameType | None) -> None:
 
 
 def _speak_utf8() -> None:
-    """Begin anew where Python takes names of files for something else than UTF-8.
+    """Restart Python in UTF-8 mode where file names are not UTF-8.
 
-    In the locale C, say, with UTF-8 mode turned off. What the terminal shows stays as it is.
+    This happens in the locale C with UTF-8 mode turned off. The encoding of the terminal is kept.
     """
     if sys.getfilesystemencoding() == "utf-8":
         return

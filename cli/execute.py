@@ -1,4 +1,4 @@
-"""`zenvoy run` from a loaded scenario to an exit code."""
+"""`zenvoy run`, from the loaded scenario to the exit code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
-from zenvoy.fleet.ends import Death, want_of
+from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.guests import NO_GUESTS, Guests
@@ -31,7 +31,7 @@ def execute(
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
 ) -> int:
-    """Run, summarize, and say where everything is; the exit code of the command."""
+    """Run a scenario, print its summary and its folder; return the exit code."""
     try:
         folder = make_folder(out, loaded.name)
     except FolderError as error:
@@ -40,27 +40,27 @@ def execute(
     for vehicle in sorted(guests.without):
         join = f"zenvoy vehicle --id {vehicle} --run {quote(str(folder))}"
         console.print(
-            f"without vehicle {vehicle}; to join: {join}", highlight=False, soft_wrap=True
+            f"without vehicle {vehicle}; to join it: {join}", highlight=False, soft_wrap=True
         )
     death: Death | None = None
     code = exits.OK
-    goes_on = partial(_tell_of, errors=errors, then="; the run goes on")
+    on_loss = partial(_print_death, errors=errors, then="; the run goes on")
     try:
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
-            watch = Watch(on_progress=progress.show, on_loss=goes_on)
+            watch = Watch(on_progress=progress.show, on_loss=on_loss)
             death = run(loaded, folder, engine, watch, guests=guests, per_process=per_process)
     except Interrupted as interrupted:
         errors.print(str(interrupted))
         code = exits.INTERRUPTED
     except OSError as error:  # a full disk, too few processes or file descriptors
-        errors.print(f"the run cannot go on: {want_of(error)}")
+        errors.print(f"the run cannot go on: {shortage_of(error)}")
         code = exits.FAILED
     if death is not None:
         code = _code_of(death)
-        _tell_of(death, errors, "" if code else "; its part was done, and the run is complete")
+        _print_death(death, errors, "" if code else "; it had done its work: the run is complete")
     if (folder / LOG).exists() and not _summarize(folder, console, errors):
         code = code or exits.FAILED
-    console.print(f"in {folder}", highlight=False, soft_wrap=True)
+    console.print(f"written to {folder}", highlight=False, soft_wrap=True)
     return code
 
 
@@ -70,26 +70,26 @@ def _code_of(death: Death) -> int:
     return exits.FAILED if death.refused else exits.PROCESS_LOST
 
 
-def _tell_of(death: Death, errors: Console, then: str = "") -> None:
+def _print_death(death: Death, errors: Console, then: str = "") -> None:
     errors.print(f"{death}{then}")
     for line in death.tail:
         errors.print(f"  {line}")
 
 
 def _summarize(folder: Path, console: Console, errors: Console) -> bool:
-    """Leave the summary of the run and print it; whether that could be done."""
+    """Write the summary of the run and print it; return whether that succeeded."""
     try:
         summary = summarize(folder / LOG)
     except LogError as error:
         errors.print(f"no summary: {error}")
         return False
-    if summary["end"] is None or not summary["holds"]:  # what went wrong has hit the log too
+    if summary["end"] is None or not summary["holds"]:  # the log is damaged too
         for note in summary["notes"]:
             errors.print(note)
     try:
         (folder / SUMMARY).write_bytes(utf8(as_json(summary)))
     except OSError as error:
-        errors.print(f"no summary: {want_of(error)}")
+        errors.print(f"no summary: {shortage_of(error)}")
         return False
     if summary["cycles"]:
         print_summary(console, summary)

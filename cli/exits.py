@@ -6,7 +6,7 @@ from typing import Final
 
 OK: Final = 0
 FAILED: Final = 1
-"""The work could not be done, or a check does not hold."""
+"""The work could not be done, or a check failed."""
 BAD_INPUT: Final = 2
 PROCESS_LOST: Final = 3
 """A process of the run died or stalled."""

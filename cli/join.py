@@ -1,4 +1,4 @@
-"""`zenvoy vehicle`: one vehicle, from a process of its own, in a run that is under way."""
+"""`zenvoy vehicle`: drive one vehicle of a run that is under way."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zenvoy.laws.errors import LawError
 
 _SHORTEST_S: Final = 0.1
 _LONGEST_S: Final = 86_400
-_HINT: Final = "; --connect takes an endpoint of the world and one of the channel"
+_HINT: Final = "; --connect needs an endpoint of the world and one of the channel"
 
 
 def join(
@@ -28,8 +28,8 @@ def join(
     *,
     allow_code: bool = False,
 ) -> int:
-    """Join, and drive the vehicle to the end of the run; the exit code of the command."""
-    if not _SHORTEST_S <= limit_s <= _LONGEST_S:  # NaN is neither below nor above
+    """Join a run, and drive the vehicle to its end; return the exit code."""
+    if not _SHORTEST_S <= limit_s <= _LONGEST_S:  # this refuses NaN, too
         errors.print(f"--timeout-s {limit_s:g}: is not in [{_SHORTEST_S}, {_LONGEST_S}]")
         return exits.BAD_INPUT
     try:
@@ -41,7 +41,7 @@ def join(
 
 
 def _drive(vacancy: Vacancy, console: Console, errors: Console) -> int:
-    """Drive, and say how it ended; the exit code."""
+    """Drive the vehicle, and print how that ended; return the exit code."""
 
     def on_joined() -> None:
         console.print(f"{vacancy.name} has joined {vacancy.run}", highlight=False)

@@ -1,4 +1,4 @@
-"""Names of runs in a comparison: those given, or else what tells their logs apart."""
+"""Names of the runs in a comparison: those given, or else names taken from the paths."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from pathlib import Path
 
 
 class LabelError(Exception):
-    """Logs or labels that make no comparison."""
+    """The logs or labels given cannot be compared."""
 
 
 def labels_for(logs: Sequence[Path], given: Sequence[str]) -> list[str]:
-    """A name for each log, no two the same; raises LabelError."""
+    """Return a distinct name for each log; raises LabelError."""
     if len(logs) < 2:
-        raise LabelError(f"{logs[0]}: one run alone; name two or more to compare")
+        raise LabelError(f"{logs[0]}: only one run; name two or more to compare")
     if not given:
         return _distinct(logs)
     if len(given) != len(logs):
-        raise LabelError(f"--label: {len(given)} for {len(logs)} runs; give one for each, or none")
+        raise LabelError(f"--label: {len(given)} for {len(logs)} runs; give one per run, or none")
     for label in given:
         if not label.strip() or given.count(label) > 1:
             raise LabelError(f"--label '{label}': each run needs a name of its own")
@@ -25,7 +25,7 @@ def labels_for(logs: Sequence[Path], given: Sequence[str]) -> list[str]:
 
 
 def _distinct(logs: Sequence[Path]) -> list[str]:
-    """Names of the files, or of the folders they are in, where these differ; or else numbers."""
+    """Return the names of the files or of their folders if these differ, else numbers."""
     folders = [log.absolute().parent for log in logs]
     for names in (
         [log.stem for log in logs],

@@ -1,6 +1,6 @@
 """The commands that read logs.
 
-Each imports what only it needs: see app.py.
+Each command imports its own dependencies; app.py says why.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ def info(
     log: LogArgument,
     verify: Annotated[
         bool,
-        typer.Option("--verify", help="Print what was checked; exit with 1 if it does not hold."),
+        typer.Option("--verify", help="Print each check of the log; exit with 1 if one fails."),
     ] = False,
 ) -> None:
-    """Print what a log says of its run: metadata, topics, counts, fingerprint."""
+    """Print the metadata, topics, message counts and fingerprint of a log."""
     from zenvoy.analysis.log.arrays import LogError, read_facts
     from zenvoy.cli.report import print_checks, print_facts
 
@@ -56,7 +56,7 @@ def analyze(
         Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
     ] = None,
 ) -> None:
-    """Tell what a log holds: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    """Analyze a log: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
     from zenvoy.cli.analyze import analyze
 
     raise typer.Exit(analyze(log, out, console, errors))
@@ -72,7 +72,7 @@ def compare(
         Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
     ] = None,
 ) -> None:
-    """Show runs beside each other: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    """Compare runs side by side: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
     from zenvoy.cli.analyze import compare
 
     raise typer.Exit(compare(logs, label or [], out, console, errors))
@@ -80,10 +80,10 @@ def compare(
 
 def export(
     log: LogArgument,
-    to: Annotated[Form, typer.Option(help="Kind of the files.")],
+    to: Annotated[Form, typer.Option(help="Format of the files.")],
     out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
 ) -> None:
-    """Write the topics of a log as tables, a file each, with units in the names of columns."""
+    """Write each topic of a log as a table in a file, with units in the column names."""
     from zenvoy.analysis.log import export as tables
     from zenvoy.analysis.log.arrays import LogError
     from zenvoy.analysis.log.load import load as load_log
@@ -109,10 +109,10 @@ def repair(
         typer.Option(metavar="FILE", help="The new log [default: <log>-repaired.mcap beside it]."),
     ] = None,
     salvage: Annotated[
-        bool, typer.Option("--salvage", help="Read past parts that are damaged, too.")
+        bool, typer.Option("--salvage", help="Also read past damaged parts.")
     ] = False,
 ) -> None:
-    """Make a whole log out of one that is cut; the log itself stays as it is."""
+    """Write a complete log from one that is cut; the original stays as it is."""
     from zenvoy.cli.repair import repair_log
 
     with interruptible():

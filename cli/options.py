@@ -1,4 +1,4 @@
-"""Options that several commands take, and the scenario that they name."""
+"""Options that several commands share, and the scenario that they load."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from zenvoy.scenarios.reading.library import packaged
 
 
 class Bus(StrEnum):
-    """The buses a fleet can run on."""
+    """The buses that a fleet can run on."""
 
     ZENOH = "zenoh"
     IN_PROCESS = "in-process"
 
 
 def engine_of(bus: Bus) -> Engine:
-    """Return what the option says."""
+    """Return the engine that the option names."""
     return "processes" if bus is Bus.ZENOH else "in-process"
 
 
-def _begun(text: str) -> list[str]:
-    """Built-in scenarios for a shell to complete; where there are none it looks for files."""
+def _complete(text: str) -> list[str]:
+    """Return the built-in scenarios that begin so; a shell completes files where there are none."""
     return [name for name in packaged() if name.startswith(text)]
 
 
@@ -34,8 +34,8 @@ ScenarioArgument = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="Name of a built-in scenario, or a file.",
-        autocompletion=_begun,
+        help="A built-in scenario, or a file.",
+        autocompletion=_complete,
     ),
 ]
 SetOption = Annotated[
@@ -45,14 +45,14 @@ SetOption = Annotated[
 SeedOption = Annotated[int | None, typer.Option(help="Replace the scenario's seed.")]
 DurationOption = Annotated[float | None, typer.Option(help="Replace the duration, s.")]
 StrictOption = Annotated[
-    bool, typer.Option("--strict", help="Refuse what is allowed, and hardly meant.")
+    bool, typer.Option("--strict", help="Treat notes on the scenario as errors.")
 ]
 
 
 AllowCodeOption = Annotated[
     bool,
     typer.Option(
-        "--allow-code", help="Run laws that are neither beside the scenario nor installed."
+        "--allow-code", help="Also run laws that are neither beside the scenario nor installed."
     ),
 ]
 
@@ -67,6 +67,7 @@ def scenario_of(
     speed: float | None = None,
     allow_code: bool = False,
 ) -> Loaded:
+    """Return the scenario with the options applied; if it is not valid, print why and exit."""
     try:
         return load(
             scenario,

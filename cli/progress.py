@@ -1,4 +1,4 @@
-"""Shows how far a run is: a bar on a terminal, plain lines elsewhere."""
+"""Shows the progress of a run: a bar on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _LINE_EVERY_S: Final = 5.0
 
 
 class RunProgress:
-    """Shows progress, now and then; use as a context."""
+    """Shows the progress of a run; use it as a context manager."""
 
     def __init__(self, console: Console, name: str, duration_s: float) -> None:
         self._console = console
-        self._said_s = 0.0
+        self._printed_s = 0.0
         self._bar = Bar(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -45,11 +45,11 @@ class RunProgress:
         self._bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show how far the run is."""
+        """Show the progress; away from a terminal, print a line every few seconds."""
         pace = f"{progress.real_time_factor:.1f} × real time, {progress.left_s:.0f} s left"
         if self._console.is_terminal:
             self._bar.update(self._task, completed=progress.time_s, pace=pace)
-        elif progress.wall_s - self._said_s >= _LINE_EVERY_S:
-            self._said_s = progress.wall_s
+        elif progress.wall_s - self._printed_s >= _LINE_EVERY_S:
+            self._printed_s = progress.wall_s
             text = f"{progress.time_s:.1f} of {progress.duration_s:g} s, {pace}"
             self._console.print(text)

@@ -1,4 +1,4 @@
-"""`zenvoy repair` from a log to a whole one and an exit code."""
+"""`zenvoy repair`, from a damaged log to a complete one and the exit code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.cli import exits
 def repair_log(
     log: Path, out: Path | None, salvage: bool, console: Console, errors: Console
 ) -> int:
-    """Write a whole log, and say what was amiss and what is missing; the exit code."""
+    """Write a complete log, print what was wrong and what is missing; return the exit code."""
     try:
         repaired = repair(log, out, salvage=salvage)
     except LogError as error:
@@ -27,7 +27,7 @@ def repair_log(
         errors.print(f"the repaired log cannot be written: {error.strerror or error}")
         return exits.FAILED
     if repaired is None:
-        console.print(f"{log}: whole; there is nothing to repair", soft_wrap=True)
+        console.print(f"{log}: complete; there is nothing to repair", soft_wrap=True)
         return exits.OK
     for fault in repaired.found:
         errors.print(f"{log}: {fault}")

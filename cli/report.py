@@ -1,4 +1,4 @@
-"""Prints what commands have to say, as rich tables."""
+"""Prints summaries, technologies, metadata and checks as rich tables."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ _LATENESS: Final = {
     "command": "commands (below 0: in time)",
     "delivery": "deliveries (real - drawn)",
 }
-_UNSAID: Final = "–"
+_UNKNOWN: Final = "–"
 
 
 def print_summary(console: Console, summary: dict[str, Any]) -> None:
-    """The summary of a run, a line per figure."""
+    """Print the summary of a run, a line per figure."""
     title = f"{summary['scenario']}, seed {summary['seed']}"
     table = Table(title=title, show_header=False)
     table.add_column(no_wrap=True)
@@ -36,10 +36,10 @@ def print_summary(console: Console, summary: dict[str, Any]) -> None:
 
 
 def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    without = "none that holds" if summary["end"] else "not logged"
+    missing = "not valid" if summary["end"] else "not logged"
     lines = [
         ("end", summary["end"] or "not logged"),
-        ("fingerprint", summary["fingerprint"] or without),
+        ("fingerprint", summary["fingerprint"] or missing),
         (
             "cycles",
             f"{summary['cycles']}: {summary['simulated_s']:g} s simulated in "
@@ -56,21 +56,21 @@ def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
     return lines + _real_time_lines(summary.get("real_time"))
 
 
-def _real_time_lines(told: dict[str, Any] | None) -> list[tuple[str, str]]:
-    """How a run in real time kept to the clock; nothing of one in lock-step."""
-    if told is None:
+def _real_time_lines(found: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Return how well a run in real time kept to the clock; no lines for lock-step."""
+    if found is None:
         return []
     lines = []
-    for name, lateness in told["lateness_ms"].items():
+    for name, lateness in found["lateness_ms"].items():
         if lateness is not None:
             text = "p50 {p50:.2f}, p99 {p99:.2f}, max {max:.2f} ms".format(**lateness)
             lines.append((f"lateness, {_LATENESS[name]}", text))
-    missed, due = told["frames_that_missed_their_decision"], told["frames_due"]
+    missed, due = found["frames_that_missed_their_decision"], found["frames_due"]
     return [
         *lines,
-        ("commands", f"{told['commands_late']} late, {told['commands_missing']} missing"),
+        ("commands", f"{found['commands_late']} late, {found['commands_missing']} missing"),
         ("frames that missed their decision", f"{missed} of {due}"),
-        ("overruns, drift", f"{told['overruns']}, {told['drift_ms']:.2f} ms"),
+        ("overruns, drift", f"{found['overruns']}, {found['drift_ms']:.2f} ms"),
     ]
 
 
@@ -91,7 +91,7 @@ def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _fit(fit: dict[str, float], unit: str) -> str:
-    """RMSE and R², or why R² would tell nothing."""
+    """Return RMSE and R², or why R² would mean nothing."""
     rmse, r2 = f"RMSE {fit['rmse']:.3f} {unit}", telling(fit["r2"])
     if r2 is None:
         return f"{rmse}; no R²: the truth varies by {fit['spread']:.3f} {unit} only"
@@ -114,7 +114,7 @@ def _frames(frames: dict[str, Any]) -> str:
 
 
 def print_technologies(console: Console, technologies: Sequence[Technology], title: str) -> None:
-    """A column for each technology, as in Table I of the paper."""
+    """Print a column per technology, as in Table I of the paper."""
     table = Table(title=title)
     table.add_column("")
     for technology in technologies:
@@ -128,9 +128,9 @@ def print_technologies(console: Console, technologies: Sequence[Technology], tit
 def _technology_rows(columns: Sequence[Technology]) -> list[tuple[str, list[str]]]:
     return [
         ("band", [_span(c.band_ghz, "GHz") for c in columns]),
-        ("bandwidth", [c.bandwidth or _UNSAID for c in columns]),
+        ("bandwidth", [c.bandwidth or _UNKNOWN for c in columns]),
         ("range", [_metres(c.range_m) for c in columns]),
-        ("bit rate", [c.bit_rate or _UNSAID for c in columns]),
+        ("bit rate", [c.bit_rate or _UNKNOWN for c in columns]),
         ("bit rate used here", [f"{c.bit_rate_mbps:g} Mbit/s" for c in columns]),
         ("delay", [_span(c.delay_ms, "ms") for c in columns]),
         ("broadcast", [_yes(c.broadcast) for c in columns]),
@@ -150,17 +150,17 @@ def _metres(value: float) -> str:
 
 def _span(bounds: tuple[float, float] | None, unit: str) -> str:
     if bounds is None:
-        return _UNSAID
+        return _UNKNOWN
     low, high = bounds
     return f"{low:g} {unit}" if low == high else f"{low:g} to {high:g} {unit}"
 
 
 def print_facts(console: Console, facts: Facts) -> None:
-    """Print the metadata of a log, its laws, its result, and its topics."""
+    """Print the metadata of a log, its laws, its result and its topics."""
     sections = {"run": facts.run, "laws": facts.laws}
     sections |= {"repair": facts.repair, "result": facts.result}
     for title, records in sections.items():
-        if not records:  # a log that is cut has no result
+        if not records:  # a cut log has no result
             continue
         table = Table(title=title, show_header=False)
         table.add_column(no_wrap=True)
@@ -178,10 +178,10 @@ def print_facts(console: Console, facts: Facts) -> None:
 
 
 def print_checks(console: Console, checks: Sequence[Check]) -> None:
-    """What a log was checked for, and whether it holds."""
-    answers = {True: "holds", False: "DOES NOT HOLD", None: "cannot be told"}
+    """Print each check of a log, and whether the log passes it."""
+    answers = {True: "passed", False: "FAILED", None: "not possible"}
     table = Table(title="checks")
-    for column in ("of", "", "what was found"):
+    for column in ("check", "", "result"):
         table.add_column(column, overflow="fold")
     for check in checks:
         table.add_row(check.name, answers[check.holds], check.says)

@@ -15,14 +15,14 @@ from rich.text import Text
 from zenvoy.analysis.page.digits import Column, columns
 from zenvoy.analysis.page.section import Section, Sheet
 
-MOST_ROWS: Final = 20  # of a table on the terminal; its CSV has them all
-_BETWEEN: Final = 3  # columns of the terminal between two of a table
-_TITLES: Final = (40, 12, 9)  # to which titles are folded: the first at which a table fits
-_TEXT: Final = 24  # texts are not folded to less
+MOST_ROWS: Final = 20  # rows of a table on the terminal; its CSV file has them all
+_SPACING: Final = 3  # characters between two columns
+_TITLE_WIDTHS: Final = (40, 12, 9)  # widths of titles to try; the first at which a table fits
+_LEAST_TEXT_WIDTH: Final = 24
 
 
 def print_section(console: Console, section: Section) -> None:
-    """Title, notes and tables; pictures are not for terminals."""
+    """Print the title, notes and tables of a section, but no pictures."""
     console.print(Text(f"\n{section.title}", style="bold"))
     for note in section.notes:
         console.print(Padding(Text(note), (0, 0, 0, 2)))
@@ -34,7 +34,8 @@ def print_section(console: Console, section: Section) -> None:
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:
     shown = columns(sheet, MOST_ROWS)
-    title = next((t for t in _TITLES if _widths(shown, t) <= console.width), _TITLES[-1])
+    fitting = (title for title in _TITLE_WIDTHS if _widths(shown, title) <= console.width)
+    title = next(fitting, _TITLE_WIDTHS[-1])
     console.print(Text(f"\n{sheet.title}", style="italic"))
     for number, block in enumerate(_blocks(shown, title, console.width)):
         if number:
@@ -48,7 +49,7 @@ def _print_sheet(console: Console, sheet: Sheet) -> None:
 
 
 def _blocks(shown: Sequence[Column], title: int, width: int) -> Iterator[list[Column]]:
-    """Columns that fit beside each other, after those that say what the rows are."""
+    """Yield columns that fit side by side, each time after the columns that name the rows."""
     lead = shown[: 2 if len(shown) > 1 and shown[1].title == "unit" else 1]
     block = list(lead)
     for column in shown[len(lead) :]:
@@ -60,20 +61,20 @@ def _blocks(shown: Sequence[Column], title: int, width: int) -> Iterator[list[Co
 
 
 def _widths(shown: Sequence[Column], title: int) -> int:
-    return sum(_width(column, title) for column in shown) + _BETWEEN * (len(shown) - 1)
+    return sum(_width(column, title) for column in shown) + _SPACING * (len(shown) - 1)
 
 
 def _width(column: Column, title: int) -> int:
-    """What a column takes at the least: numbers and words whole, titles and texts folded."""
+    """Return the least width of a column: numbers and words stay whole, the rest is folded."""
     words = max(map(len, column.title.split()), default=0)
-    cells = column.longest if column.number else min(column.longest, _TEXT)
+    cells = column.longest if column.number else min(column.longest, _LEAST_TEXT_WIDTH)
     return max(cells, words, min(len(column.title), title))
 
 
 def _table(shown: Sequence[Column], title: int) -> Table:
     table = Table(box=SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for column in shown:
-        if column.number:  # rich folds titles only where it may fold numbers
+        if column.number:  # rich folds a title only where it may fold the numbers below it
             lines = wrap(column.title, _width(column, title))
             table.add_column(Text("\n".join(lines)), justify="right", no_wrap=True)
         else:

@@ -1,7 +1,7 @@
-"""Standard output and standard error that no command can fall over.
+"""Standard output and standard error that never raise.
 
-What a stream cannot show is replaced by what it can. A write that fails is kept in mind and told at
-the end: the work goes on, and its files are there, whoever has stopped to listen.
+Characters that a stream cannot encode are replaced. A write that fails is remembered and reported
+at the end, so that the work goes on and its files are written even if nobody reads the output.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 _REPLACED: Final = "zenvoy.replaced"
-# Signs of our own, for terminals that have none of them. All others are told by their number.
+# ASCII for the signs that Zenvoy prints. Other characters become escapes such as \u20ac.
 _SIGNS: Final = str.maketrans(
     {
         "×": "x", "·": "*", "−": "-", "–": "-", "⁻": "-", "±": "+/-", "√": "sqrt", "≥": ">=",
@@ -34,17 +34,17 @@ _SIGNS: Final = str.maketrans(
 
 
 class Outlet(io.FileIO):
-    """A file descriptor that is written to; the first `failure` is kept, and none is raised."""
+    """A file descriptor to write to; it keeps the first `failure`, and raises none."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number, "wb", closefd=False)
         self.failure: OSError | None = None
 
     def write(self, data: ReadableBuffer, /) -> int:
-        """Write what can be written; all of `data` counts as written where nothing can."""
+        """Write `data` and return the number of bytes; after a failure, pretend to have written."""
         size = memoryview(data).nbytes
         try:
-            while (written := super().write(data)) is None:  # shared with one who does not block
+            while (written := super().write(data)) is None:  # another process made it non-blocking
                 select.select([], [self], [])
         except OSError as error:
             self.failure = self.failure or error
@@ -53,34 +53,34 @@ class Outlet(io.FileIO):
 
 
 def fill_closed() -> None:
-    """Open what stands for standard streams that are closed: else the next file is taken for one.
+    """Open a placeholder for each closed standard stream, lest the next file take its descriptor.
 
-    Each of them fails as a closed one does, for it is open for the other direction alone.
+    A placeholder is open in the opposite direction, so that using it fails as on a closed stream.
     """
-    for number, way in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_RDONLY)):
+    for number, mode in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_RDONLY)):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, way)  # the lowest number that is free: this one
+            os.open(os.devnull, mode)  # this takes the lowest free number, which is `number`
     if sys.stdin is None:
         sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115  # whoever reads stdin expects it open
 
 
 def install() -> None:
-    """Put streams over outlets in place of `sys.stdout` and `sys.stderr`."""
+    """Replace `sys.stdout` and `sys.stderr` by streams that write to an Outlet."""
     codecs.register_error(_REPLACED, _replaced)
     sys.stdout = _stream(1, sys.stdout)
     sys.stderr = _stream(2, sys.stderr)
 
 
-def settle(code: int) -> int:
-    """Write out what is left to write; `code`, or 1 where all went well but this.
+def flush(code: int) -> int:
+    """Flush both streams; return `code`, or 1 if it is 0 and the output could not be written.
 
-    A pipe that its reader has closed is no failure: the reader has had enough.
+    A pipe that its reader has closed (`| head`) is no failure.
     """
     failure = _failure(sys.stdout)
     if failure is not None:
-        print(f"standard output cannot be written to: {failure.strerror}", file=sys.stderr)
+        print(f"cannot write to standard output: {failure.strerror}", file=sys.stderr)
     if failure is None:
         failure = _failure(sys.stderr)
     else:
@@ -94,13 +94,13 @@ def _stream(number: int, stream: TextIO | None) -> io.TextIOWrapper:
     return io.TextIOWrapper(
         io.BufferedWriter(outlet),
         encoding=getattr(stream, "encoding", None) or "utf-8",
-        # Python's own choices; whoever asks for another one in PYTHONIOENCODING has it.
-        errors=_REPLACED if errors in _PYTHONS else errors,
+        # Replace Python's defaults only; a choice made by PYTHONIOENCODING stays.
+        errors=_REPLACED if errors in _PYTHON_DEFAULTS else errors,
         line_buffering=number == 2 or outlet.isatty(),
     )
 
 
-_PYTHONS: Final = frozenset({None, "strict", "surrogateescape", "backslashreplace"})
+_PYTHON_DEFAULTS: Final = frozenset({None, "strict", "surrogateescape", "backslashreplace"})
 
 
 def _failure(stream: TextIO) -> OSError | None:
@@ -111,7 +111,7 @@ def _failure(stream: TextIO) -> OSError | None:
 
 
 def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
-    """What stands for characters that an encoding has not: signs in ASCII, or their number."""
+    """Replace characters that the encoding lacks: by ASCII signs, or by their escapes."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end].translate(_SIGNS)

@@ -1,6 +1,6 @@
 """The commands that run studies.
 
-Each imports what only it needs: see app.py.
+Each command imports its own dependencies; app.py says why.
 """
 
 from __future__ import annotations
@@ -21,58 +21,58 @@ from zenvoy.fleet.requests import interruptible
 
 def reproduce(
     seeds: Annotated[
-        int, typer.Option(min=2, max=10_000, help="Seeds of each case, from 1 on.")
+        int, typer.Option(min=2, max=10_000, help="Number of seeds per case: 1, 2, and so on.")
     ] = 30,
     jobs: Annotated[
         int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
     bus: Annotated[
-        Bus, typer.Option(help="Each run in a process, or a process per vehicle on Zenoh.")
+        Bus, typer.Option(help="One process per run, or one process per vehicle on Zenoh.")
     ] = Bus.IN_PROCESS,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
     runs: Annotated[
-        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+        Path, typer.Option(help="Folder of the finished runs; they are not run again.")
     ] = Path("runs/reproduction"),
     duration_s: DurationOption = None,
 ) -> None:
-    """Run the paper's evaluation; leaves its tables and figures, and an answer to each claim."""
+    """Run the paper's evaluation; write its tables and figures, and a verdict on each claim."""
     from zenvoy.studies.paper import reproduce
     from zenvoy.studies.study import Study
 
     with _studying(duration_s, out, runs) as at_a_time:
-        study = Study(folder=runs, engine=engine_of(bus), jobs=jobs or at_a_time, tell=_say)
+        study = Study(folder=runs, engine=engine_of(bus), jobs=jobs or at_a_time, on_line=_print)
         command = _command(f"zenvoy reproduce --seeds {seeds} --bus {bus.value}", duration_s)
         for path in reproduce(study, seeds=seeds, duration_s=duration_s, out=out, command=command):
-            _say(str(path))
+            _print(str(path))
 
 
 def degradation(
     seeds: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Seeds of each point, from 1 on.")
+        int, typer.Option(min=1, max=10_000, help="Number of seeds per point: 1, 2, and so on.")
     ] = 3,
     jobs: Annotated[
         int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
     runs: Annotated[
-        Path, typer.Option(help="Folder of what is kept of each run; it is not run again.")
+        Path, typer.Option(help="Folder of the finished runs; they are not run again.")
     ] = Path("runs/degradation"),
     duration_s: DurationOption = None,
 ) -> None:
-    """Run bilateral control over worse and worse channels; leaves a table and a figure."""
+    """Run bilateral control over channels that get worse; write a table and a figure."""
     from zenvoy.studies.degradation import degradation
     from zenvoy.studies.study import Study
 
     with _studying(duration_s, out, runs) as at_a_time:
-        study = Study(folder=runs, jobs=jobs or at_a_time, tell=_say)
+        study = Study(folder=runs, jobs=jobs or at_a_time, on_line=_print)
         command = _command(f"zenvoy degradation --seeds {seeds}", duration_s)
         for path in degradation(
             study, seeds=seeds, duration_s=duration_s, out=out, command=command
         ):
-            _say(str(path))
+            _print(str(path))
 
 
-def _say(text: str) -> None:
+def _print(text: str) -> None:
     console.print(text, highlight=False, soft_wrap=True)
 
 
@@ -82,11 +82,11 @@ def _command(text: str, duration_s: float | None) -> str:
 
 @contextmanager
 def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
-    """Runs at a time; ends politely when a study cannot begin or go on, or is told to stop."""
+    """Yield the number of cores; if the study fails or is interrupted, print why and exit."""
     from zenvoy.studies.study import StudyError
 
     scenario_of("paper/base", None, None, duration_s)
-    for option, folder in (("--out", out), ("--runs", runs)):  # not after an hour of runs
+    for option, folder in (("--out", out), ("--runs", runs)):  # fail now, not after an hour
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -1,4 +1,4 @@
-"""Where the command writes."""
+"""The consoles that the command prints to."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from rich.segment import Segment
 
 from zenvoy.cli import exits
 
-_NARROWEST: Final = 40  # columns at which tables can still be read
-_USUAL: Final = 80
-# A name may hold what a terminal would obey. U+2400 and the next picture it instead.
+_LEAST_WIDTH: Final = 40  # characters at which tables are still legible
+_DEFAULT_WIDTH: Final = 80
+# A name may hold control characters. U+2400 and its successors are pictures of them.
 _CONTROLS: Final = {
     **{code: 0x2400 + code for code in range(0x20) if chr(code) not in "\n\t"},
     0x7F: 0x2421,
@@ -21,12 +21,12 @@ _CONTROLS: Final = {
 
 
 def visible(text: str) -> str:
-    """The text without any character that a terminal would obey."""
+    """Return the text with its control characters replaced by pictures of them."""
     return text.translate(_CONTROLS)
 
 
 class _Visible:
-    """What is to be printed, made visible."""
+    """Renders something with its control characters made visible."""
 
     def __init__(self, shown: ConsoleRenderable) -> None:
         self._shown = shown
@@ -39,17 +39,17 @@ class _Visible:
                 yield Segment(visible(segment.text), segment.style)
 
 
-class _Texts(RenderHook):
+class _MakeVisible(RenderHook):
     def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
         return [_Visible(shown) for shown in renderables]
 
 
 def _console(*, stderr: bool) -> Console:
-    """A console to which texts are texts: no markup, no emoji, nothing that moves the cursor."""
+    """Return a console that prints text literally: no markup, no emoji, no control characters."""
     made = Console(stderr=stderr, soft_wrap=stderr, highlight=False, markup=False, emoji=False)
-    made.push_render_hook(_Texts())
-    if made.width < _NARROWEST:  # with COLUMNS=0 nothing at all would be shown
-        made.width = _USUAL
+    made.push_render_hook(_MakeVisible())
+    if made.width < _LEAST_WIDTH:  # with COLUMNS=0 rich would print nothing
+        made.width = _DEFAULT_WIDTH
     return made
 
 
@@ -58,6 +58,6 @@ errors = _console(stderr=True)
 
 
 def refuse(text: str) -> NoReturn:
-    """Say in one line what is wrong with the input, and end."""
+    """Print what is wrong with the input, and exit."""
     errors.print(text)
     raise typer.Exit(exits.BAD_INPUT)

@@ -1,4 +1,4 @@
-"""`zenvoy trace`: what a scenario would read of a file with speeds."""
+"""`zenvoy trace`: show what a scenario would read from a file of speeds."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.report import made_by
 from zenvoy.bus.clock import stamp
 from zenvoy.cli import exits
-from zenvoy.cli.analyze import OutError, folder_for, leave
+from zenvoy.cli.analyze import OutError, folder_for, write_page
 from zenvoy.cli.sections import print_section
 from zenvoy.cli.terminal import refuse
 from zenvoy.scenarios import TRACE_OPTIONS, Problem, ScenarioError, read_trace
@@ -28,7 +28,7 @@ def trace(
     console: Console,
     errors: Console,
 ) -> int:
-    """Print what is read of the file beside the limit, and draw it; the exit code."""
+    """Print and draw what is read from the file, next to the limit; return the exit code."""
     try:
         read = read_trace(file, options)
         folder = folder_for(Path("runs") / f"{stamp()}-trace" if out is None else out)
@@ -40,20 +40,20 @@ def trace(
         errors.print(str(error))
         return exits.BAD_INPUT
     section = trace_section(read, limit_mps2)
-    said = _event(file, options)
+    event = _event(file, options)
 
-    def tell() -> None:
+    def print_result() -> None:
         print_section(console, section)
-        console.print(f"\nIn a scenario:\n\n{said}", soft_wrap=True)
+        console.print(f"\nIn a scenario:\n\n{event}", soft_wrap=True)
 
     page = Page(
         title=f"Trace {file.name}",
         lead=f"{read.column} over {read.time_column}, as a scenario would read it.",
         sections=(section,),
-        folded=(("In a scenario", said),),
+        folded=(("In a scenario", event),),
         made=(made_by(f"zenvoy trace {file}"),),
     )
-    return leave(page, "trace.html", folder, console, errors, tell)
+    return write_page(page, "trace.html", folder, console, errors, print_result)
 
 
 def options_of(
@@ -64,7 +64,7 @@ def options_of(
     time: str | None,
     where: Sequence[str],
 ) -> dict[str, object]:
-    """The options of a trace that are given; ends with exit code 2 where one cannot be read."""
+    """Return the options that are given; if one cannot be read, print why and exit."""
     given = {
         "column": column,
         "time_column": time_column,
@@ -83,13 +83,13 @@ def options_of(
 
 
 def _of_the_command(problem: Problem) -> str:
-    """A problem that names an option as the command line does."""
+    """Return the problem as text that names an option as the command line does."""
     key = "--" + problem.key.replace("_", "-") if problem.key in TRACE_OPTIONS else ""
     return str(replace(problem, key=key))
 
 
 def _event(file: Path, options: Mapping[str, object]) -> str:
-    """The event that reads the file so, as YAML; JSON's texts and mappings are YAML's too."""
+    """Return the event that reads the file with these options, as YAML, of which JSON is a part."""
     values = {"type": "trace", "vehicle": 1, "at_s": 0, "file": str(file), **options}
     lines = (f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items())
     return "events:\n  - " + "\n    ".join(lines) + "\n"

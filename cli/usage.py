@@ -1,4 +1,4 @@
-"""Bad usage of the command line: what is refused, and the one line that says so."""
+"""Bad usage of the command line, and the line that reports it."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from typer.models import CommandFunctionType
 from zenvoy.cli import exits
 from zenvoy.cli.terminal import errors, refuse
 
-_NOT: Final = {
+_MESSAGES: Final = {
     "int_parsing": "is not a whole number",
     "float_parsing": "is not a number",
     "greater_than_equal": "is not at least {ge}",
     "less_than_equal": "is not at most {le}",
 }
 
-# What a run does without, and pages, pictures and tables need: the extra of that name.
-_OF_ANALYSIS: Final = {"jinja2", "matplotlib", "pyarrow"}
+# Packages of the extra `analysis`: pages, pictures and exports need them, a run does not.
+_ANALYSIS_PACKAGES: Final = {"jinja2", "matplotlib", "pyarrow"}
 
 
 class App(typer.Typer):
-    """A command line whose commands take each option once, but those that say otherwise."""
+    """A command line that refuses an option given twice, unless the option is repeatable."""
 
     def command(
         self, name: str | None = None, **options: Any
     ) -> Callable[[CommandFunctionType], CommandFunctionType]:
-        """As of Typer."""
+        """Register a command, as in Typer."""
         return super().command(name, **{"cls": _Command, **options})
 
 
 class _Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """As of Typer; refuses an option that is given twice, of which only one would count."""
+        """Parse as Typer does; refuse an option that is given twice."""
         _, _, given = self.make_parser(ctx).parse_args(list(args))
         if not any(parameter.is_eager for parameter in given):  # such as --help
             _refuse_twice(given)
@@ -52,45 +52,45 @@ def _refuse_twice(given: Iterable[Any]) -> None:
 
 
 def outcome(app: typer.Typer, arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, that of the process where none is given; the exit code."""
+    """Run the command line, by default that of this process; return the exit code."""
     try:
         code = app(arguments, standalone_mode=False)
     except typer.TyperException as error:
-        errors.print(_told(error))
+        errors.print(_message(error))
         return error.exit_code
     except (KeyboardInterrupt, typer.Abort):
         return exits.INTERRUPTED
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
-        if package not in _OF_ANALYSIS:
+        if package not in _ANALYSIS_PACKAGES:
             raise
-        errors.print(f"{package} is not installed; pip install 'zenvoy[analysis]' has all it takes")
+        errors.print(f"{package} is not installed; run: pip install 'zenvoy[analysis]'")
         return exits.FAILED
-    except SystemExit as error:  # of shell completion
+    except SystemExit as error:  # raised by shell completion
         return error.code if isinstance(error.code, int) else exits.BAD_INPUT
     return code if isinstance(code, int) else 0
 
 
-def _told(error: typer.TyperException) -> str:
-    """A line, but where no command is given: help."""
+def _message(error: typer.TyperException) -> str:
+    """Return a line on the error, or the help if no command is given."""
     context = getattr(error, "ctx", None)
     if context is None or type(error).__name__ == "NoArgsIsHelpError":
         return error.format_message()
     wrong = error.__cause__
     if isinstance(wrong, ValidationError):
-        return "\n".join(_value_told(error, of) for of in wrong.errors())
+        return "\n".join(_value_message(error, of) for of in wrong.errors())
     text = " ".join(error.format_message().rstrip(".").split())
     path = context.command_path
     return f"{path}: {text[:1].lower()}{text[1:]}; see {path} --help"
 
 
-def _value_told(error: typer.TyperException, wrong: Any) -> str:
-    """What is wrong with the value of an option, as it is told of a scenario's."""
+def _value_message(error: typer.TyperException, wrong: Any) -> str:
+    """Return what is wrong with the value of an option, in the form used for scenarios."""
     parameter = getattr(error, "param", None)
     name = (getattr(parameter, "opts", None) or [""])[0]
     name = name if name.startswith("-") else getattr(parameter, "metavar", None) or name
     value = str(wrong["input"])
-    text = _NOT.get(wrong["type"], "").format(**wrong.get("ctx", {}))
+    text = _MESSAGES.get(wrong["type"], "").format(**wrong.get("ctx", {}))
     if not text:
         text = str(wrong["msg"]).removeprefix("Value error, ").removeprefix(f"'{value}' ")
     return f"{name} {value}: {text.rstrip('.')}"

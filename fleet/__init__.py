@@ -1,1 +1,1 @@
-"""The runner: one scenario to one run, on processes or in this one."""
+"""The runner: it turns one scenario into one run, on processes or in this one."""

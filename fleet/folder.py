@@ -7,21 +7,21 @@ from typing import Final
 
 from zenvoy.bus.clock import stamp
 
-# What is in it.
+# Its files and subfolders.
 LOG: Final = "run.mcap"
 SUMMARY: Final = "summary.json"
 LOGS: Final = "logs"
-"""A text file per process."""
+"""It has a text file per process."""
 
 
 class FolderError(Exception):
-    """The folder for a run cannot be made, or holds one already."""
+    """The folder for a run cannot be made, or is not empty."""
 
 
 def make_folder(out: Path | None, name: str) -> Path:
-    """Make the folder for a run, new or empty, with one for its logs; raises FolderError.
+    """Make the folder of a run, with a subfolder for its logs; raises FolderError.
 
-    Without `out` it is `runs/<time>-<name>`.
+    `out` must be new or empty; by default the folder is `runs/<time>-<name>`.
     """
     base = Path("runs") / f"{stamp()}-{name.replace('/', '-')}"
     folder = base if out is None else out

@@ -1,4 +1,4 @@
-"""Which processes stand still: stopped by a signal, or held by a debugger."""
+"""Finds frozen processes: those that a signal or a debugger has stopped."""
 
 from __future__ import annotations
 
@@ -8,46 +8,46 @@ from typing import Final
 
 from zenvoy.fleet.spawn import Child
 
-_STANDING_STILL: Final = "Tt"  # states in /proc/<pid>/stat
+_STOPPED_STATES: Final = "Tt"  # in /proc/<pid>/stat
 
 
 class Frozen:
-    """Children that stand still, and for how long they have been seen to."""
+    """Keeps the children that are frozen, and since when."""
 
     def __init__(self, limit_s: float) -> None:
         self._limit_ns = round(limit_s * 1e9)
         self._since_ns: dict[int, tuple[Child, int]] = {}  # by pidfd
-        self._told: set[int] = set()
+        self._reported: set[int] = set()
 
     @property
     def names(self) -> list[str]:
-        """Those that stood still at the last look, those that have for longest first."""
+        """Names of the children found frozen by the last `look`, the longest frozen first."""
         found = sorted(self._since_ns.values(), key=lambda one: one[1])
         return [child.program.name for child, _ in found]
 
     def look(self, children: Iterable[Child], now_ns: int) -> None:
-        """See which of them stand still now."""
-        still = {child.pidfd: child for child in children if _stands_still(child.pid)}
+        """Find out which of the children are frozen now."""
+        frozen = {child.pidfd: child for child in children if _is_frozen(child.pid)}
         self._since_ns = {
             pidfd: (child, self._since_ns.get(pidfd, (child, now_ns))[1])
-            for pidfd, child in still.items()
+            for pidfd, child in frozen.items()
         }
-        self._told &= still.keys()
+        self._reported &= frozen.keys()
 
     def due(self, now_ns: int) -> list[Child]:
-        """Those that have stood still for the limit, each once."""
+        """Return the children that have been frozen for the limit, each of them once."""
         found = [
             child
             for pidfd, (child, since_ns) in self._since_ns.items()
-            if now_ns - since_ns >= self._limit_ns and pidfd not in self._told
+            if now_ns - since_ns >= self._limit_ns and pidfd not in self._reported
         ]
-        self._told.update(child.pidfd for child in found)
+        self._reported.update(child.pidfd for child in found)
         return found
 
 
-def _stands_still(pid: int) -> bool:
+def _is_frozen(pid: int) -> bool:
     try:
         stat = Path(f"/proc/{pid}/stat").read_bytes()
-    except OSError:  # it has just ended, or there is no file descriptor to spare
+    except OSError:  # it has just ended, or no file descriptor is free
         return False
-    return chr(stat[stat.rindex(b")") + 2]) in _STANDING_STILL
+    return chr(stat[stat.rindex(b")") + 2]) in _STOPPED_STATES

@@ -1,4 +1,4 @@
-"""Vehicles that a run leaves to other programs: which, and where these connect to."""
+"""Guests: vehicles that a run leaves to other programs, and the endpoints for these."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from zenvoy.bus.topics import plain_name
 from zenvoy.fleet.process_id import ProcessId
 
 FILE: Final = "connect.json"
-_MOST_BYTES: Final = 65_536
-# What ends an endpoint's address to Zenoh is no part of one.
+_MAX_BYTES: Final = 65_536
+# Excludes `?` and `#`, which end the address in a Zenoh endpoint.
 _ENDPOINT: Final = re.compile(
     r"tcp/(\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<host>[\w.-]+)):(?P<port>[0-9]{1,5})", re.ASCII
 )
@@ -26,14 +26,14 @@ Endpoint = Annotated[str, StringConstraints(min_length=1, max_length=1_000)]
 
 
 class GuestsError(Exception):
-    """What is asked for guests cannot be; the text says why in a line."""
+    """A request for guests cannot be met; the text says why in a line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guests:
-    """The vehicles that a run starts without, and endpoints beside the Unix sockets.
+    """The vehicles that a run starts without, and TCP endpoints besides the Unix sockets.
 
-    The world listens at each `tcp/<host>:<port>` of `listen`, the channel at the next port.
+    The world listens at each `tcp/<host>:<port>` of `listen`, the channel on the next port.
     """
 
     without: frozenset[int] = frozenset()
@@ -44,10 +44,10 @@ NO_GUESTS: Final = Guests()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Meeting:
-    """Where a run is met: its name, and the endpoints of its world and of its channel.
+class RunEndpoints:
+    """The name of a run, and the endpoints of its world and of its channel.
 
-    `command` is the process that leads it, where it is known.
+    `command` is the process of `zenvoy run`, where it is known.
     """
 
     run: Annotated[str, AfterValidator(plain_name)]
@@ -56,23 +56,23 @@ class Meeting:
     command: ProcessId | None = None
 
     def write(self, folder: Path) -> None:
-        """Leave it in the folder of the run."""
+        """Write them to a file in the folder of the run."""
         (folder / FILE).write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
 
     @property
     def connect(self) -> tuple[str, ...]:
-        """The nearest endpoint of each."""
+        """The endpoint of the world and that of the channel to connect to on this machine."""
         return self.world[0], self.channel[0]
 
 
 def guests(without: Sequence[int], listen: Sequence[str], size: int) -> Guests:
-    """What was asked for, if it can be in a fleet of `size`; raises GuestsError."""
+    """Return the guests of a fleet of `size`; raises GuestsError for a bad vehicle or endpoint."""
     for vehicle in without:
         if not 1 <= vehicle <= size:
             raise GuestsError(
                 f"--without {vehicle}: is not in [1, {size}], the vehicles of fleet.size ({size})"
             )
-    with ExitStack() as held:  # all at once, or the same port would be free twice
+    with ExitStack() as held:  # hold all ports at once, so that none is taken twice
         for endpoint in listen:
             host, port = _address(endpoint)
             for number in (port, port + 1):
@@ -84,45 +84,43 @@ def guests(without: Sequence[int], listen: Sequence[str], size: int) -> Guests:
     return Guests(without=frozenset(without), listen=tuple(listen))
 
 
-def meeting(run: str, sockets: Path, listen: Sequence[str]) -> Meeting:
-    """Where a run of this process listens: on Unix sockets in a folder, and where it was asked."""
-    beside = [_address(endpoint) for endpoint in listen]
-    return Meeting(
+def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints:
+    """Return the endpoints of a run of this process: Unix sockets in a folder, and `listen`."""
+    addresses = [_address(endpoint) for endpoint in listen]
+    return RunEndpoints(
         run=run,
         command=ProcessId.own(),
         world=(f"unixsock-stream/{sockets / 'world'}", *listen),
         channel=(
             f"unixsock-stream/{sockets / 'channel'}",
-            *(f"tcp/{_bracketed(host)}:{port + 1}" for host, port in beside),
+            *(f"tcp/{_bracketed(host)}:{port + 1}" for host, port in addresses),
         ),
     )
 
 
-def read_meeting(folder: Path) -> Meeting:
-    """What a run under way has left in its folder; raises GuestsError."""
+def read_endpoints(folder: Path) -> RunEndpoints:
+    """Read the endpoints of a run under way from its folder; raises GuestsError."""
     path = folder / FILE
     if not path.is_file():
         raise GuestsError(
-            f"--run {folder}: has no {FILE}; name the folder of a run under way, or say --connect"
+            f"--run {folder}: has no {FILE}; name the folder of a run under way, or use --connect"
         )
     try:
         with path.open("rb") as file:
-            told = _MEETING.validate_json(file.read(_MOST_BYTES))
+            endpoints = _ENDPOINTS.validate_json(file.read(_MAX_BYTES))
     except OSError as error:
         raise GuestsError(f"--run {folder}: {FILE}: {error.strerror}") from error
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         what = ": ".join((*(str(part) for part in first["loc"]), first["msg"]))
-        raise GuestsError(
-            f"--run {folder}: {FILE} does not say where to connect to: {what}"
-        ) from error
-    if told.command is not None and told.command.has_ended:
-        raise GuestsError(f"--run {folder}: the run is over; {FILE} is left of one that was killed")
-    return told
+        raise GuestsError(f"--run {folder}: {FILE} is not valid: {what}") from error
+    if endpoints.command is not None and endpoints.command.has_ended:
+        raise GuestsError(f"--run {folder}: the run was killed, and has left {FILE} behind")
+    return endpoints
 
 
 def _address(endpoint: str) -> tuple[str, int]:
-    """Host and port of a TCP endpoint; raises GuestsError."""
+    """Return the host and port of a TCP endpoint; raises GuestsError."""
     found = _ENDPOINT.fullmatch(endpoint)
     if found is None or not 1 <= int(found["port"]) < 65_535:
         raise GuestsError(
@@ -140,4 +138,4 @@ def _family(host: str) -> socket.AddressFamily:
     return socket.AF_INET6 if ":" in host else socket.AF_INET
 
 
-_MEETING: Final = TypeAdapter(Meeting)
+_ENDPOINTS: Final = TypeAdapter(RunEndpoints)

@@ -1,4 +1,4 @@
-"""One vehicle, driven by this process, in a run that is under way."""
+"""Drives one vehicle of a run that is under way, in this process."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import NoAnswerError, StoppedError
 from zenvoy.bus.joining import ask, at_end
 from zenvoy.bus.topics import plain_name, vehicle_name
-from zenvoy.fleet.guests import read_meeting
+from zenvoy.fleet.guests import read_endpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.requests import requests_to_end
 from zenvoy.laws.by_name import ESTIMATORS, LAWS, resolve
@@ -32,7 +32,7 @@ class JoinError(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Vacancy:
-    """A vehicle that is missing in a run, and where the run is met."""
+    """A vehicle that is missing in a run, and the endpoints of the run."""
 
     vehicle: int
     run: str
@@ -48,29 +48,29 @@ class Vacancy:
 def find(
     vehicle: int, run: str, connect: Sequence[str], limit_s: float, *, allow_code: bool = False
 ) -> Vacancy:
-    """Ask a run for its scenario, and for the place of a vehicle in it.
+    """Ask a run for its scenario, and check that a vehicle is missing in it.
 
-    `run` is the folder of the run; or its name, where `connect` says where it is met. Raises
-    JoinError, GuestsError, or NoAnswerError where nobody answers within `limit_s`.
+    `run` is the folder of the run, or its name if `connect` gives its endpoints. Raises JoinError,
+    GuestsError, or NoAnswerError if nobody answers within `limit_s`.
     """
-    run, endpoints = _where(run, connect)
+    run, endpoints = _name_and_endpoints(run, connect)
     scenario = _scenario(vehicle, run, endpoints, limit_s)
-    _bring_code(scenario, allow_code)
+    _load_code(scenario, allow_code)
     return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario)
 
 
-def _where(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+def _name_and_endpoints(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     if connect:
         try:
             return plain_name(run), tuple(connect)
         except ValueError as error:
             raise JoinError(f"--run: {error}") from error
-    meeting = read_meeting(Path(run))
-    return meeting.run, meeting.connect
+    endpoints = read_endpoints(Path(run))
+    return endpoints.run, endpoints.connect
 
 
 def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Scenario:
-    """Return what the world says of the run, if there is a place for the vehicle."""
+    """Return the scenario of the run; raises JoinError if the vehicle cannot join it."""
     try:
         standing = ask(run, connect, limit_s)
     except NoAnswerError as error:
@@ -78,26 +78,26 @@ def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) ->
     try:
         scenario = Scenario.model_validate_json(standing.scenario)
     except ValidationError as error:
-        raise JoinError(f"--run {run}: its scenario is of another version of Zenvoy") from error
+        raise JoinError(f"--run {run}: its scenario is from another version of Zenvoy") from error
     size = scenario.fleet.size
     if not 1 <= vehicle <= size:
         raise JoinError(f"--id {vehicle}: is not in [1, {size}], the vehicles of the run")
     name = vehicle_name(vehicle, size)
     if name in standing.present:
-        raise JoinError(f"--id {vehicle}: {name} is there already")
+        raise JoinError(f"--id {vehicle}: {name} is in the run already")
     for process, vehicles in standing.shared.items():
         if vehicle in vehicles:
             raise JoinError(
                 f"--id {vehicle}: shares the process {process}, which it cannot leave; "
-                f"allowed: a vehicle that the run was started --without, or that is a process"
+                f"allowed: a vehicle that has a process of its own, or that --without left out"
             )
     return scenario
 
 
-def _bring_code(scenario: Scenario, allow_code: bool) -> None:
-    """Look up the code of the scenario's own: that of installed packages, or of files here.
+def _load_code(scenario: Scenario, allow_code: bool) -> None:
+    """Load the code of the scenario's own from installed packages or from files in this folder.
 
-    What a run names is not to choose which files of this folder are run, so these need leave.
+    A run must not choose which files of this folder are executed, so files need `allow_code`.
     """
     named = [("law", model, LAWS) for model in modes(scenario)]
     named.append(("estimator", scenario.estimator.kind, ESTIMATORS))
@@ -110,10 +110,10 @@ def _bring_code(scenario: Scenario, allow_code: bool) -> None:
 
 
 class Guest:
-    """Drives the vehicle of a vacancy; use once, in a process of its own.
+    """Drives the vehicle of a vacancy; use it once, in a process of its own.
 
-    `joined` says whether the run has known of it. The session may still be open afterwards, for
-    closing it may wait for a peer that is frozen.
+    `joined` says whether the vehicle has joined the run. The session may still be open afterwards,
+    because closing it may wait for a frozen peer.
     """
 
     def __init__(self, vacancy: Vacancy) -> None:
@@ -140,7 +140,7 @@ class Guest:
         (prefer_latency if scenario.clock == "realtime" else prefer_throughput)()
         setproctitle(f"zenvoy {vacancy.name} {vacancy.run}")
         for number in requests_to_end():
-            if number != signal.SIGTERM:  # the bus takes that one itself
+            if number != signal.SIGTERM:  # the bus handles that one itself
                 signal.signal(number, lambda *_: _ask_to_end())
         try:
             run_vehicle(scenario, vacancy.vehicle, wiring, begin)
@@ -154,5 +154,5 @@ class Guest:
 
 
 def _ask_to_end() -> None:
-    """What the bus takes as a request to end; it leaves at the next wait."""
+    """Send this process SIGTERM, which ends the bus at its next wait."""
     signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)

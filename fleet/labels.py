@@ -1,4 +1,4 @@
-"""What the log says of a run."""
+"""The labels of a run: what its log says about it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from zenvoy.world.recorder import Labels
 
 
 def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
-    """Return what the log will say of this run."""
+    """Return the labels that the log of this run will have."""
     scenario = loaded.scenario
     return Labels(
-        scenario_name=utf8(loaded.name).decode(),  # that of a file may be no text
+        scenario_name=utf8(loaded.name).decode(),  # a file name may not be valid UTF-8
         scenario_text=loaded.text,
         effective_json=effective_json(scenario),
         seed=scenario.seed,
@@ -25,7 +25,7 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
         bus=bus,
         run=f"{stamp()}-{os.getpid()}",
         per_process=per_process,
-        # Without their places: a log does not tell whose machine it was made on.
+        # Paths are left out: a log must not reveal whose machine it was made on.
         laws=own_laws(scenario),
         notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
     )

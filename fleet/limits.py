@@ -1,7 +1,7 @@
-"""What the system allows a run, looked at before anything starts.
+"""Checks of the system's limits, made before anything starts.
 
-Past these limits Zenoh's threads and some libraries hang or die without a word, so that others
-wait in vain and would be blamed for it.
+Beyond these limits Zenoh's threads and some libraries hang or die in silence. The processes that
+wait for them would then be blamed.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-# Of each process, measured with 3 to 40 vehicles: 12 to 30 threads, and 16 descriptors beside one
-# for each process of the run.
+# What a process needs, measured with 3 to 40 vehicles: 12 to 30 threads, and 16 descriptors plus
+# one for each process of the run.
 _THREADS: Final = 20
 _DESCRIPTORS: Final = 24
-_LEAST_MEMORY: Final = 384 * 1_048_576  # bytes; with 200 MiB scipy's import never ends
+_LEAST_MEMORY: Final = 384 * 1_048_576  # bytes; with 200 MiB the import of scipy never ends
 
-_ZENOH_THREAD: Final = b"app-0"  # every session starts it, and none ends it
+_ZENOH_THREAD: Final = b"app-0"  # the first session starts it, and it never ends
 
 
 class LimitError(OSError):
@@ -26,13 +26,13 @@ class LimitError(OSError):
 
 
 def require_no_session() -> None:
-    """Raise LimitError where this process has opened a Zenoh session, now closed or not.
+    """Raise LimitError if this process has ever opened a Zenoh session.
 
-    Zenoh's threads do not come along in a fork, and a session of the child waits for them in vain.
+    A fork does not copy Zenoh's threads, and a session of the child would wait for them in vain.
     """
     if _ZENOH_THREAD in _names_of_threads():
         raise LimitError(
-            "this process has opened a Zenoh session, after which no fleet can be forked from it; "
+            "this process has opened a Zenoh session and can no longer fork a fleet; "
             "run the fleet from another process, or in this one without Zenoh"
         )
 
@@ -46,7 +46,7 @@ def _names_of_threads() -> set[bytes]:
 
 
 def require_memory() -> None:
-    """Raise LimitError where even the libraries would not go into memory (`ulimit -v`)."""
+    """Raise LimitError if there is too little memory for the libraries (`ulimit -v`)."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY:
         raise LimitError(
@@ -56,9 +56,9 @@ def require_memory() -> None:
 
 
 def require_room_for(processes: int) -> None:
-    """Raise LimitError where so many processes get too few threads or file descriptors.
+    """Raise LimitError if there are too few threads or file descriptors for so many processes.
 
-    The soft limit of file descriptors is raised as far as the hard one allows.
+    Raises the soft limit of file descriptors as far as the hard one allows.
     """
     needed = processes + _DESCRIPTORS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -74,18 +74,18 @@ def require_room_for(processes: int) -> None:
 
 def _require_threads(processes: int) -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_NPROC)
-    if limit == resource.RLIM_INFINITY or os.geteuid() == 0:  # root is not held to it
+    if limit == resource.RLIM_INFINITY or os.geteuid() == 0:  # the limit does not bind root
         return
     needed, present = processes * _THREADS, _own_threads()
     if present + needed > limit:
         raise LimitError(
-            f"processes and threads are limited to {limit} (ulimit -u) with {present} there "
-            f"already; {processes} processes need some {needed}"
+            f"processes and threads are limited to {limit} (ulimit -u), and {present} exist "
+            f"already; {processes} processes need about {needed}"
         )
 
 
 def _own_threads() -> int:
-    """Threads of this user, over all processes."""
+    """Count the threads of all processes of this user."""
     count = 0
     for task in Path("/proc").glob("[0-9]*/task"):
         try:

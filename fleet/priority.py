@@ -1,4 +1,4 @@
-"""What a process asks of the scheduler: long turns in lock-step, short ones in real time."""
+"""How a process wants to be scheduled: long time slices in lock-step, short ones in real time."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from typing import Final
 
 _PR_SET_TIMERSLACK: Final = 29
 _SCHED_SETATTR: Final = {"x86_64": 314, "aarch64": 274}
-_SLICE_NS: Final = 100_000  # the shortest that Linux gives
+_SLICE_NS: Final = 100_000  # the shortest that Linux grants
 
 
 def prefer_throughput() -> None:
-    """Ask the scheduler for long turns (SCHED_BATCH, unprivileged): fewer switches per cycle."""
+    """Ask for long time slices, and so fewer switches per cycle (SCHED_BATCH, unprivileged)."""
     os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def prefer_latency() -> None:
-    """Ask to be woken at once, for short turns; unprivileged, and nothing where it is not offered.
+    """Ask to be woken at once, and for short time slices; this needs no privileges.
 
-    Timers fire on time instead of up to 50 µs later, the scheduler (Linux 6.12 and later) takes
-    short turns first, and a thread of Python waits for another one 0.5 ms at the most.
+    Timers fire on time instead of up to 50 µs late, the scheduler prefers short slices (Linux 6.12
+    and later, nothing happens before), and Python threads switch after at most 0.5 ms.
     """
     libc = ctypes.CDLL(None, use_errno=True)
     libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)

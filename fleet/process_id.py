@@ -1,4 +1,4 @@
-"""Tells a process from another that gets its number later."""
+"""Identifies a process, even if another one gets its number later."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class ProcessId:
 
     @classmethod
     def own(cls) -> Self:
-        """The process that asks."""
+        """Return the identity of this process."""
         pid = os.getpid()
         return cls(pid=pid, started=_started(pid) or 0, boot=_boot())
 
     @property
     def has_ended(self) -> bool:
-        """Whether it is known to be gone; False where it is of another machine, or another boot."""
+        """Whether the process has ended; False for one of another machine or another boot."""
         return self.boot == _boot() and _started(self.pid) != self.started
 
 
@@ -33,10 +33,10 @@ def _boot() -> str:
 
 
 def _started(pid: int) -> int | None:
-    """Start time as the kernel tells it; None where there is no such process."""
+    """Return the start time that the kernel reports; None if there is no such process."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_bytes()
     except OSError:
         return None
-    # Behind the name, which may hold anything: the state is field 3, the start time field 22.
+    # Count from the end of the name, which may hold anything: state is field 3, start time 22.
     return int(stat[stat.rindex(b")") + 2 :].split()[19])

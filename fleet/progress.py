@@ -1,4 +1,4 @@
-"""How far a run is, and the pipe by which its world says so."""
+"""The progress of a run, and the pipe through which the world reports it."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from zenvoy.bus import messages_pb2 as pb
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """How far a run is."""
+    """How far a run has come."""
 
     time_s: float
-    """Simulated so far, s."""
+    """Simulated time so far, s."""
     duration_s: float
-    """Of the whole run, s of simulated time."""
+    """Simulated time of the whole run, s."""
     wall_s: float
     """Wall time since the start, s."""
     real_time_factor: float
-    """Simulated over wall time; 0 before there is any."""
+    """Simulated time per wall time; 0 at the start."""
 
     @property
     def left_s(self) -> float:
-        """Wall time that is left at this pace, s; 0 where the pace is not known yet."""
+        """Wall time left at this pace, s; 0 while the pace is unknown."""
         left_s = self.duration_s - self.time_s
         return left_s / self.real_time_factor if self.real_time_factor > 0.0 else 0.0
 
 
 OnProgress = Callable[[Progress], None]
-"""Takes the progress of a run several times a second, in the thread that runs it."""
+"""Called with the progress of a run several times a second, in the thread that runs it."""
 
 
 def progress_of(clock: pb.Clock, duration_s: float) -> Progress:
-    """Return what a clock message says of a run of this duration."""
+    """Return the progress of a run of this duration from a clock message."""
     return Progress(
         time_s=clock.time_ns * 1e-9,
         duration_s=duration_s,
@@ -44,7 +44,10 @@ def progress_of(clock: pb.Clock, duration_s: float) -> Progress:
 
 
 def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clock], None]:
-    """Send clock messages down a pipe, one per `wall_step_ns` at most and without blocking."""
+    """Return a function that sends clock messages through a pipe, at most one per `wall_step_ns`.
+
+    It never blocks.
+    """
     os.set_blocking(write_fd, False)
     last_ns = -wall_step_ns
 
@@ -57,7 +60,7 @@ def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clo
         try:
             os.write(write_fd, len(payload).to_bytes(4, "little") + payload)
         except (BlockingIOError, BrokenPipeError):
-            return  # nobody looks; the log has it all the same
+            return  # nobody reads the pipe; the log has the message all the same
 
     return send
 
@@ -69,7 +72,7 @@ class ClockReader:
         self._buffer = b""
 
     def feed(self, data: bytes) -> Iterator[pb.Clock]:
-        """Take data as they come down the pipe; yield the messages that are whole by then."""
+        """Take data from the pipe; yield the messages that are now complete."""
         self._buffer += data
         while len(self._buffer) >= 4:
             end = 4 + int.from_bytes(self._buffer[:4], "little")

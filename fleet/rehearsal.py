@@ -1,4 +1,4 @@
-"""What every process of a run would do for itself, done once before the fork."""
+"""Work that every process of a run would repeat, done once before the fork."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from zenvoy.vehicles.knowledge import prepare
 def rehearse(scenario: Scenario) -> None:
     """Compute the gains, and run a few cycles of a small fleet.
 
-    The cycles make the interpreter specialise its bytecode: afterwards the processes share the
-    result instead of each writing a copy.
+    The cycles make the interpreter specialise its bytecode. The forked processes then share it
+    instead of each making a copy.
     """
     prepare(scenario)
-    # The model that most of the fleet ends up with; what is said of single vehicles does not apply.
-    # Code of the user's own is left out: what it does wrong belongs to a vehicle and an instant.
+    # Take the model that most of the fleet ends up with, and drop settings of single vehicles.
+    # Leave out the user's own code: an error in it must be reported with its vehicle and time.
     models = Counter(settings.phases[-1].model for settings in roster(scenario))
     known = [model for model, _ in models.most_common() if model in builtin()] or ["FM"]
     control = scenario.control.model_copy(

@@ -1,4 +1,4 @@
-"""Requests to end: SIGINT, SIGTERM and SIGHUP, and what becomes of them."""
+"""Requests to end: how SIGINT, SIGTERM and SIGHUP are handled."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Handler = Callable[[int, FrameType | None], None]
 def requests_to_end() -> Sequence[signal.Signals]:
     """Return the signals that ask this process to end, except those it was started to ignore.
 
-    Python handles signals in the main thread alone: elsewhere there are none.
+    Only the main thread can handle signals in Python; in other threads the list is empty.
     """
     if threading.current_thread() is not threading.main_thread():
         return ()
@@ -26,9 +26,9 @@ def requests_to_end() -> Sequence[signal.Signals]:
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Let a request to end raise KeyboardInterrupt; elsewhere it ends the command on the spot.
+    """Let a request to end raise KeyboardInterrupt, for code that has something to clean up.
 
-    For what has something to tidy up.
+    Outside this context a request ends the command at once.
     """
     with requests_to_end_handled_by(_interrupt):
         yield
@@ -36,7 +36,7 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def requests_to_end_handled_by(handler: Handler) -> Iterator[None]:
-    """Install a handler for the requests to end, and the earlier ones again at the end."""
+    """Install a handler for requests to end, and restore the earlier ones on exit."""
     numbers = requests_to_end()
     before = [signal.signal(number, handler) for number in numbers]
     try:
@@ -48,9 +48,9 @@ def requests_to_end_handled_by(handler: Handler) -> Iterator[None]:
 
 @contextmanager
 def requests_held() -> Iterator[None]:
-    """Hold requests to end until the context is left.
+    """Block requests to end until the context exits.
 
-    What a signal's handler raises inside a hook of fork is ignored, and the request is lost.
+    Python ignores what a signal handler raises inside a fork hook, so the request would be lost.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:

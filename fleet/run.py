@@ -1,4 +1,4 @@
-"""Runs a scenario in a folder: on processes of its own, or in this one."""
+"""Runs a scenario and logs it in a folder: on processes of its own, or in this one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from zenvoy.fleet.agents import agents_of
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, LOGS
-from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, meeting
+from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, endpoints_of
 from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.limits import require_no_session, require_room_for
 from zenvoy.fleet.progress import ClockReader, OnProgress, clock_to, progress_of
@@ -36,7 +36,7 @@ from zenvoy.world.recorder import Recorder
 
 
 class Interrupted(KeyboardInterrupt):
-    """The command was asked to end; `complete` says whether its run was over by then."""
+    """A signal has asked the command to end; `complete` says whether the run was over by then."""
 
     def __init__(self, *, complete: bool) -> None:
         super().__init__()
@@ -53,32 +53,33 @@ def _ignore(_: object) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Watch:
-    """What a caller wants to know while a run is under way; by default nothing.
+    """Callbacks during a run; by default they do nothing.
 
-    `on_loss` takes the death of a vehicle without which a run in real time goes on.
+    `on_loss` is called when a vehicle process dies and the run, in real time, goes on without it.
     """
 
     on_progress: OnProgress = _ignore
     on_loss: Callable[[Death], None] = _ignore
 
 
-_SILENT: Final = Watch()
+_NO_WATCH: Final = Watch()
 
 
 def run(
     loaded: Loaded,
     folder: Path,
     engine: Engine,
-    watch: Watch = _SILENT,
+    watch: Watch = _NO_WATCH,
     *,
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
 ) -> Death | None:
     """Run a scenario and log it in a folder made by `make_folder`.
 
-    Returns the untimely death that ended the run, if any; it is `complete` where the process had
-    done its part. `guests` and `per_process`, the number of vehicles in a process, are for
-    processes. Raises OSError where the system has no room for the run, and Interrupted.
+    Returns the death of the process that ended the run early, if any; its `complete` says whether
+    the run is complete all the same. `guests` and `per_process`, the number of vehicles in a
+    process, apply to the engine "processes" only. Raises Interrupted, and OSError if the system
+    lacks disk, memory, processes or file descriptors for the run.
     """
     (folder / EFFECTIVE).write_bytes(utf8(effective_json(loaded.scenario)))
     if engine == "processes":
@@ -96,7 +97,7 @@ def _run_in_process(loaded: Loaded, folder: Path, watch: Watch) -> None:
     labels = labels_of(loaded, "in-process", scenario.fleet.size)
 
     def show(clock: pb.Clock) -> None:
-        if clock.cycle % 10 == 0:  # one message in ten, so that showing costs nothing
+        if clock.cycle % 10 == 0:  # show one message in ten, to save time
             watch.on_progress(progress_of(clock, scenario.duration_s))
 
     with Recorder(folder / LOG, labels, wall_ns) as recorder:
@@ -116,14 +117,14 @@ def _run_on_processes(
 ) -> Death | None:
     """Run world, channel and vehicles as processes.
 
-    While they run, the folder says where `guests` and others connect to.
+    While they run, connect.json in the folder gives the endpoints for `guests` and others.
     """
     scenario = loaded.scenario
     require_no_session()
     require_room_for(len(vehicle_processes(scenario.fleet.size, per_process, guests.without)) + 2)
-    sockets = socket_folder()  # paths of sockets are short by law, those of runs are not
+    sockets = socket_folder()  # the folder of the run may be too long for a socket's path
     labels = labels_of(loaded, "zenoh", per_process)
-    met = meeting(labels.run, sockets, guests.listen)
+    endpoints = endpoints_of(labels.run, sockets, guests.listen)
     rehearse(scenario)
     reader = ClockReader()
 
@@ -140,11 +141,11 @@ def _run_on_processes(
             folder / LOG,
             sockets,
             clock_to(write_fd),
-            met,
+            endpoints,
             guests.without,
             per_process,
         )
-        met.write(folder)
+        endpoints.write(folder)
         supervisor = Supervisor(table, folder / LOGS, scenario.stall_limit_s)
         with supervisor:
             death = supervisor.watch(read_fd, show, watch.on_loss)
@@ -161,9 +162,9 @@ def _run_on_processes(
 
 @contextmanager
 def _interrupted_between(recorder: Recorder) -> Iterator[None]:
-    """Let SIGINT, SIGTERM and SIGHUP end the run between two messages of the log, not within one.
+    """Let SIGINT, SIGTERM and SIGHUP end the run between two messages of the log.
 
-    Raises KeyboardInterrupt out of the recorder's `on_clock`.
+    The recorder's `on_clock` then raises KeyboardInterrupt.
     """
     asked = False
     show = recorder.on_clock

@@ -1,4 +1,4 @@
-"""The private folder of a run for its Unix sockets: where it may be, and who makes it."""
+"""The private folder of a run for its Unix sockets."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-# sockaddr_un holds 108 bytes with the zero at their end.
-_MOST_BYTES: Final = 107
+# sockaddr_un holds 108 bytes, including the zero at the end.
+_MAX_BYTES: Final = 107
 _LONGEST_NAME: Final = "channel"
-# To Zenoh `#` and `?` end the path of an endpoint: the socket would be somewhere else.
+# Zenoh ends the path of an endpoint at `#` or `?`, and would put the socket elsewhere.
 _PLAIN: Final = re.compile(r"[\w/.,:+@~ -]+", re.ASCII)
-_ELSEWHERE: Final = ("/tmp", "/var/tmp", "/dev/shm")  # private folders within them
+_FALLBACKS: Final = ("/tmp", "/var/tmp", "/dev/shm")  # the folder itself is private
 
 
 def socket_folder() -> Path:
-    """Path of a new folder where sockets may be; raises OSError where there is no place for one.
+    """Return the path of a new folder for sockets; raises OSError if there is no place for one.
 
-    Nothing is made yet: a command that is killed before its processes start leaves nothing behind.
-    The place is TMPDIR, or another one where paths of sockets would be too long or be misread.
+    The folder is not made yet, so that a command killed before its processes start leaves nothing
+    behind. It lies in TMPDIR, or elsewhere if socket paths there would be too long or misread.
     """
     name = f"zenvoy-{secrets.token_hex(6)}"
-    places = [tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", ""), *_ELSEWHERE]
+    places = [tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", ""), *_FALLBACKS]
     for place in places:
         folder = Path(os.path.abspath(place)) / name
-        if place and _serves(folder) and os.access(folder.parent, os.W_OK | os.X_OK):
+        if place and _is_usable(folder) and os.access(folder.parent, os.W_OK | os.X_OK):
             return folder
     raise OSError(
-        f"no folder for Unix sockets, whose paths are at most {_MOST_BYTES} bytes long and hold no "
-        f"# or ?; tried {', '.join(dict.fromkeys(place for place in places if place))}"
+        f"no folder for Unix sockets, whose paths have at most {_MAX_BYTES} bytes and no # or ?; "
+        f"tried {', '.join(dict.fromkeys(place for place in places if place))}"
     )
 
 
 def make_private(folder: Path) -> None:
-    """Make the folder for this user alone, or see that it is; raises OSError.
+    """Make the folder for this user alone, or check that it is so already; raises OSError.
 
-    Whoever listens in it calls this first, in whatever order they start.
+    World and channel may start in any order, and both call this before they listen in the folder.
     """
     try:
         folder.mkdir(mode=0o700)
@@ -49,6 +49,6 @@ def make_private(folder: Path) -> None:
             raise
 
 
-def _serves(folder: Path) -> bool:
+def _is_usable(folder: Path) -> bool:
     path = str(folder / _LONGEST_NAME)
-    return len(os.fsencode(path)) <= _MOST_BYTES and _PLAIN.fullmatch(path) is not None
+    return len(os.fsencode(path)) <= _MAX_BYTES and _PLAIN.fullmatch(path) is not None

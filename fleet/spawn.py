@@ -1,7 +1,7 @@
-"""Forks a named child that dies with its parent and writes to a log of its own.
+"""Forks a named child process that dies with its parent and writes to a log of its own.
 
-Forking from a process that has imported everything and opened no Zenoh session starts 40 vehicles
-in a fraction of a second; filterpy alone takes more than a second to import.
+The parent has imported everything and opened no Zenoh session, so forks start 40 vehicles in a
+fraction of a second. Importing filterpy alone takes more than a second.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from setproctitle import setproctitle
 
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.fleet.ends import (
-    BROKEN,
     DONE,
     EXHAUSTED,
+    LAW_FAILED,
     STALLED,
     STOPPED,
-    Tell,
+    Send,
     last_words,
-    want_of,
+    shortage_of,
 )
 from zenvoy.fleet.priority import prefer_throughput
 from zenvoy.laws.errors import LawError
@@ -38,10 +38,10 @@ _PR_SET_PDEATHSIG: Final = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A row of the process table: a name, what it runs, and how it ends when its parent dies.
+    """A row of the process table: a name, a main function, and a signal for an orphan.
 
-    `run` stands beside the name in `ps`; `prefer` is called first, to choose how it is scheduled.
-    Where it is not `essential`, the run goes on without it.
+    `run` stands beside the name in `ps`. The process first calls `prefer` to set its scheduling. If
+    it is not `essential`, the run goes on without it.
     """
 
     name: str
@@ -62,51 +62,51 @@ class Child:
     log: Path
 
     def signal(self, number: signal.Signals) -> None:
-        """Send a signal; nothing happens where the child has ended."""
+        """Send a signal; nothing happens if the child has ended."""
         signal.pidfd_send_signal(self.pidfd, number)
 
 
-def spawn(program: Program, log: Path, tell: Tell) -> Child:
-    """Start a program in a child process; its output and errors go to `log`, last words to `tell`.
+def spawn(program: Program, log: Path, send: Send) -> Child:
+    """Start a program in a child process; its output goes to `log`, its last words to `send`.
 
-    To be called with requests to end held. The child holds SIGTERM until its program lets it come:
-    a request that comes before is heard then.
+    Call it inside `requests_held`. The child keeps SIGTERM blocked until its program unblocks it; a
+    request that comes before that is delivered then.
     """
     parent = os.getpid()
     _flush()
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     pid = os.fork()
     if pid == 0:
-        _be_child(program, file, parent, tell)
-    os.close(file)  # its number is free for the next one, whatever the limit
+        _be_child(program, file, parent, send)
+    os.close(file)  # a fleet needs many descriptors
     return Child(program=program, pid=pid, pidfd=os.pidfd_open(pid), log=log)
 
 
-def _be_child(program: Program, log: int, parent: int, tell: Tell) -> NoReturn:
-    """Run the program and leave without a return into the parent's frames."""
+def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
+    """Run the program and exit; never return into the frames of the parent."""
     try:
         _settle(program, log, parent)
         program.main()
         _leave(DONE)
     except BaseException as error:  # noqa: BLE001  # else the child would go on in its parent's code
-        # The error holds the session. Where that is dropped it is closed, which may wait for a peer
-        # that is frozen: so leave before.
+        # The error keeps the session alive. Exit before it is dropped: that would close the
+        # session, which may wait for a frozen peer.
         try:
-            _leave(_status(program, error, tell))
+            _leave(_status(program, error, send))
         finally:
             os._exit(1)
 
 
 def _settle(program: Program, log: int, parent: int) -> None:
-    """Become a process of its own: its signals, its streams, its name."""
-    for number in (signal.SIGINT, signal.SIGHUP):  # the terminal's; the supervisor's business
+    """Set up the signals, streams and name of this process."""
+    for number in (signal.SIGINT, signal.SIGHUP):  # from the terminal; the supervisor handles them
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGHUP))
     die_with(parent, program.on_orphaned)
     os.dup2(log, 1)
     os.dup2(log, 2)
-    # Whatever they were in the parent; and a log is in UTF-8 whatever the locale.
+    # Replace the streams of the parent. A log is in UTF-8, whatever the locale.
     sys.stdout = sys.stderr = open(  # noqa: SIM115  # closed by the end of the process alone
         2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
@@ -114,19 +114,19 @@ def _settle(program: Program, log: int, parent: int) -> None:
     program.prefer()
 
 
-def _status(program: Program, error: BaseException, tell: Tell) -> int:
-    """Exit status after an error; what there is to say of it is told, or written to the log."""
+def _status(program: Program, error: BaseException, send: Send) -> int:
+    """Return the exit status for an error; report it by last words or in the log."""
     if isinstance(error, StoppedError):
         return STOPPED
     if isinstance(error, StalledError):
-        tell(last_words(program.name, str(error), error.culprits))
+        send(last_words(program.name, str(error), error.culprits))
         return STALLED
     if isinstance(error, LawError):
-        tell(last_words(program.name, str(error)))
-        return BROKEN
-    want = want_of(error)
-    if want is not None:
-        tell(last_words(program.name, want))
+        send(last_words(program.name, str(error)))
+        return LAW_FAILED
+    shortage = shortage_of(error)
+    if shortage is not None:
+        send(last_words(program.name, shortage))
         return EXHAUSTED
     with suppress(OSError):
         traceback.print_exception(error)
@@ -141,12 +141,12 @@ def _leave(code: int) -> NoReturn:
 def _flush() -> None:
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # its disk may be full, or it may be closed
-            if stream is not None:  # as in a daemon
+            if stream is not None:  # it is None in a daemon
                 stream.flush()
 
 
 def die_with(parent: int, number: signal.Signals) -> None:
     """Have the kernel send `number` when the parent dies, even by kill -9."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, number, 0, 0, 0)
-    if os.getppid() != parent:  # it died before the request
+    if os.getppid() != parent:  # it died before the call above
         os.kill(os.getpid(), number)

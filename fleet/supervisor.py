@@ -1,4 +1,4 @@
-"""Starts a process table, watches it, and ends it: all of it, whatever happens."""
+"""Starts the processes of a table, watches them, and ends all of them, whatever happens."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from typing import Any, Final
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.fleet.ends import (
-    BROKEN,
     DONE,
     EXHAUSTED,
+    LAW_FAILED,
     STALLED,
     STOPPED,
     Death,
     LastWords,
-    WordsPipe,
+    LastWordsPipe,
 )
 from zenvoy.fleet.frozen import Frozen
 from zenvoy.fleet.requests import requests_held
 from zenvoy.fleet.spawn import Child, Program, spawn
 
-_PATIENCE_S: Final = 7.0  # for the log to be ended; its process gives itself 5 s
-_LOOK_S: Final = 0.5  # how often to look for processes that are frozen
+_END_LIMIT_S: Final = 7.0  # time for the world to finish the log; it allows itself 5 s
+_CHECK_EVERY_S: Final = 0.5  # how often to look for frozen processes
 _TAIL_LINES: Final = 15
-_NO_MEMORY: Final = "memory allocation of "  # Zenoh's last words before it aborts
+_NO_MEMORY: Final = "memory allocation of "  # Zenoh prints this before it aborts
 _FROZEN: Final = "stalled: a signal or a debugger has stopped it"
 
 
 class Supervisor:
-    """Runs programs until the first of them, which leads, has ended.
+    """Runs programs until the first of them, the leader, has ended.
 
-    Any program that ends before is dead, however it ended, unless it says that it is done. So is
-    one that has been frozen for `stall_limit_s`. Use as a context: leaving it leaves no child
-    behind, and `completed` says whether the leader had done its work by then.
+    A program that ends before the leader counts as dead unless its exit status is DONE. So does one
+    that has been frozen for `stall_limit_s`. Use it as a context manager: no child outlives the
+    context, and `completed` says whether the leader has done its work.
     """
 
     def __init__(self, programs: Sequence[Program], logs: Path, stall_limit_s: float) -> None:
@@ -46,20 +46,20 @@ class Supervisor:
         self._logs = logs
         self._children: dict[int, Child] = {}
         self._selector = selectors.DefaultSelector()
-        self._words = WordsPipe()
+        self._words = LastWordsPipe()
         self._frozen = Frozen(stall_limit_s)
-        self._looked_ns = 0
-        self._on_child: Any = None  # the handler of SIGCHLD until then
+        self._checked_ns = 0
+        self._earlier_sigchld: Any = None  # the handler to restore
         self.completed = False
 
     def __enter__(self) -> Supervisor:
-        self._wait_for_children()
+        self._keep_exit_statuses()
         gc.collect()
-        gc.freeze()  # so that no child copies pages just to look for garbage
+        gc.freeze()  # so that the garbage collectors of the children copy no pages
         try:
             for program in self._programs:
                 with requests_held():
-                    child = spawn(program, self._logs / f"{program.name}.log", self._words.tell)
+                    child = spawn(program, self._logs / f"{program.name}.log", self._words.send)
                     self._children[child.pidfd] = child
                     self._selector.register(child.pidfd, selectors.EVENT_READ)
         except BaseException:
@@ -73,31 +73,31 @@ class Supervisor:
         self._end_all()
         self._selector.close()
         self._words.close()
-        if self._on_child is not None:
-            signal.signal(signal.SIGCHLD, self._on_child)
-            self._on_child = None
+        if self._earlier_sigchld is not None:
+            signal.signal(signal.SIGCHLD, self._earlier_sigchld)
+            self._earlier_sigchld = None
 
-    def _wait_for_children(self) -> None:
-        """Let the kernel keep the ends of children until they are waited for.
+    def _keep_exit_statuses(self) -> None:
+        """Let the kernel keep the exit statuses of children until waitpid.
 
-        Whoever started this process may have it ignore them, and then none could be waited for.
+        This process may have been started with SIGCHLD ignored, and then waitpid would fail.
         """
-        if threading.current_thread() is threading.main_thread():  # where handlers can be set
-            self._on_child = signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        if threading.current_thread() is threading.main_thread():  # others cannot set handlers
+            self._earlier_sigchld = signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
     def watch(
         self, pipe: int, on_data: Callable[[bytes], None], on_loss: Callable[[Death], None]
     ) -> Death | None:
-        """Pass on what comes down the pipe until the leader ends.
+        """Pass data from the pipe to `on_data` until the leader ends.
 
-        The first untimely death ends the watch and is returned, but for those of programs that are
-        not essential: they go to `on_loss`. Before anything has come, all are essential.
+        The first death of an essential program ends the watch and is returned; other deaths go to
+        `on_loss`. Until the first data has come, every program is essential.
         """
         begun = False
         self._selector.register(pipe, selectors.EVENT_READ)
         try:
             while True:
-                ready = [key.fd for key, _ in self._selector.select(_LOOK_S)]
+                ready = [key.fd for key, _ in self._selector.select(_CHECK_EVERY_S)]
                 if pipe in ready:
                     data = os.read(pipe, 65_536)
                     begun = True
@@ -117,13 +117,13 @@ class Supervisor:
                 self._selector.unregister(pipe)
 
     def _deaths(self, pidfds: Sequence[int]) -> list[tuple[Child, Death]]:
-        """Untimely deaths among children that have ended; those who waited in vain come last."""
+        """Return the deaths among children that have ended; the stalled ones come last."""
         ended = [(self._children[fd], self._reap(fd)) for fd in pidfds]
         ended.sort(key=lambda one: one[1] == STALLED)
         return [(child, self._death(child, code)) for child, code in ended if code != DONE]
 
     def _death(self, child: Child, code: int) -> Death:
-        """What became of a child that ended with a code, or by a signal (below 0)."""
+        """Return the death of a child with this exit code; below 0 it is that of a signal."""
         name, tail = child.program.name, _tail(child.log)
         words = self._words.of(name)
         if code == -signal.SIGABRT and any(_NO_MEMORY in line for line in tail):
@@ -131,16 +131,19 @@ class Supervisor:
         if code < 0 or code == STOPPED:
             how = "ended by SIGTERM" if code > 0 else f"killed by {signal.Signals(-code).name}"
             return Death(name, f"died: {how}", tail)
-        if words is None or code not in {BROKEN, EXHAUSTED, STALLED}:
+        if words is None or code not in {LAW_FAILED, EXHAUSTED, STALLED}:
             return Death(name, f"died: exit status {code}", tail)
         if code == STALLED:
             return self._blame(words, tail)
-        if code == BROKEN:
+        if code == LAW_FAILED:
             return Death(name, f"died: {words.text}")
         return Death(name, f"cannot go on: {words.text}", tail, refused=True)
 
     def _blame(self, words: LastWords, tail: tuple[str, ...]) -> Death:
-        """Whoever kept a process waiting: who is frozen, or else who it says it has waited for."""
+        """Return the death of the process that kept another waiting.
+
+        It is a frozen process if there is one, else the first that the other one waited for.
+        """
         self._frozen.look(self._children.values(), wall_ns())
         frozen = self._frozen.names
         if frozen:
@@ -151,11 +154,11 @@ class Supervisor:
         return Death(f"{words.culprits[0]}{others}", f"stalled: {words.name} has made {words.text}")
 
     def _stalled(self) -> list[tuple[Child, Death]]:
-        """Children that have just been frozen for the stall limit."""
+        """Return the children that have now been frozen for the stall limit."""
         now_ns = wall_ns()
-        if now_ns - self._looked_ns < _LOOK_S * 1e9:
+        if now_ns - self._checked_ns < _CHECK_EVERY_S * 1e9:
             return []
-        self._looked_ns = now_ns
+        self._checked_ns = now_ns
         self._frozen.look(self._children.values(), now_ns)
         return [(child, Death(child.program.name, _FROZEN)) for child in self._frozen.due(now_ns)]
 
@@ -169,20 +172,20 @@ class Supervisor:
         return code
 
     def _end_all(self) -> None:
-        """Let the leader end the log while the others are still there, then end the others."""
+        """Let the leader finish the log while the others still run, then end the others."""
         everyone = list(self._children.values())
         leaders = [child for child in everyone if child.program is self._programs[0]]
         for group in (leaders, everyone):
             self._ask(group, signal.SIGTERM)
-            self._await(group, _PATIENCE_S)
+            self._await(group, _END_LIMIT_S)
         self._ask(everyone, signal.SIGKILL)
-        self._await(everyone, _PATIENCE_S)
+        self._await(everyone, _END_LIMIT_S)
 
     def _ask(self, children: Sequence[Child], number: signal.Signals) -> None:
         for child in children:
             if child.pidfd in self._children:
                 child.signal(number)
-                child.signal(signal.SIGCONT)  # one that was frozen ends like the others
+                child.signal(signal.SIGCONT)  # a frozen child must wake up to end
 
     def _await(self, children: Sequence[Child], limit_s: float) -> None:
         deadline_ns = wall_ns() + round(limit_s * 1e9)

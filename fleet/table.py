@@ -15,7 +15,7 @@ from zenvoy.bus.connection import Wiring
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
-from zenvoy.fleet.guests import Meeting
+from zenvoy.fleet.guests import RunEndpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.sockets import make_private
 from zenvoy.fleet.spawn import Program
@@ -26,10 +26,10 @@ from zenvoy.vehicles.process import run_vehicle, run_vehicles
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
 
-# A stall shows everywhere at once. Who waits for a vehicle's beacon knows more than who waits for
-# all the commands, so the channel is given the chance to speak first.
+# All processes notice a stall at once. The channel knows whose beacon is missing, while the world
+# only misses commands, so the world waits longer and lets the channel report first.
 _WORLD_PATIENCE: Final = 1.25
-# Code of the scenario's own that hangs for the stall limit is to be named, and not its vehicle.
+# Code of the scenario's own may hang for the stall limit. Its vehicle reports it, so both wait longer.
 _CODE_PATIENCE: Final = 1.2
 
 
@@ -39,13 +39,13 @@ def process_table(
     log: Path,
     sockets: Path,
     on_clock: Callable[[pb.Clock], None],
-    met: Meeting,
+    endpoints: RunEndpoints,
     without: frozenset[int] = frozenset(),
     per_process: int = 1,
 ) -> list[Program]:
-    """Programs of a run but for the vehicles it is `without`, in the order in which they start.
+    """Return the programs of a run in the order of their start, except vehicles in `without`.
 
-    In lock-step these are waited for all the same; in real time they may join at any time.
+    In lock-step the run waits for those vehicles; in real time they may join at any time.
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
@@ -62,7 +62,7 @@ def process_table(
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=met.world,
+        listen=endpoints.world,
         waits_for=("channel", *awaited),
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
@@ -71,20 +71,22 @@ def process_table(
     channel_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=met.channel,
-        connect=met.connect[:1],
+        listen=endpoints.channel,
+        connect=endpoints.connect[:1],
         waits_for=awaited,
         stall_limit_s=scenario.stall_limit_s * patience,
         absent=absent,
         shared_processes=shared,
     )
-    wiring = Wiring(run=labels.run, vehicles=vehicles, connect=met.connect, shared_processes=shared)
+    wiring = Wiring(
+        run=labels.run, vehicles=vehicles, connect=endpoints.connect, shared_processes=shared
+    )
     row = partial(Program, run=labels.run, prefer=prefer_latency if realtime else prefer_throughput)
     return [
         row(
             name="world",
             main=partial(
-                _tidied,
+                _in_cleaned_up,
                 os.getpid(),
                 sockets,
                 run_world,
@@ -94,17 +96,21 @@ def process_table(
                 world_wiring,
                 on_clock,
             ),
-            on_orphaned=signal.SIGTERM,  # it ends the log first
+            on_orphaned=signal.SIGTERM,  # so that it finishes the log
         ),
         row(name="channel", main=partial(_in_private, sockets, scenario, channel_wiring)),
         *(
-            row(name=process.name, main=_of(process, scenario, wiring), essential=not realtime)
+            row(
+                name=process.name,
+                main=_main_of(process, scenario, wiring),
+                essential=not realtime,
+            )
             for process in placed
         ),
     ]
 
 
-def _of(process: VehicleProcess, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
+def _main_of(process: VehicleProcess, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
     if process.is_shared:
         return partial(run_vehicles, scenario, process, wiring)
     return partial(run_vehicle, scenario, process.vehicles[0], wiring)
@@ -115,17 +121,19 @@ def _in_private(sockets: Path, scenario: Scenario, wiring: Wiring) -> None:
     run_channel(scenario, wiring)
 
 
-def _tidied(parent: int, sockets: Path, main: Callable[..., None], *arguments: object) -> None:
-    """Run `main` and remove the folder of sockets, which a parent that is killed cannot do.
+def _in_cleaned_up(
+    parent: int, sockets: Path, main: Callable[..., None], *arguments: object
+) -> None:
+    """Run `main`, then remove the folder of sockets, in case the parent has been killed.
 
-    After an error a parent that lives removes it, so that no other process trips over its absence
-    and is blamed.
+    After an error, leave the folder to a parent that is alive: another process would fail without
+    the folder, and would be blamed.
     """
-    over = False
+    succeeded = False
     try:
         make_private(sockets)
         main(*arguments)
-        over = True
+        succeeded = True
     finally:
-        if over or os.getppid() != parent:
+        if succeeded or os.getppid() != parent:
             shutil.rmtree(sockets, ignore_errors=True)

@@ -1,4 +1,4 @@
-"""What is run: the library of scenarios, and the schema that loads and validates them."""
+"""Scenarios: the built-in library, the schema, and the code that reads and validates them."""
 
 from __future__ import annotations
 

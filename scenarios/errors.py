@@ -1,4 +1,4 @@
-"""What can be wrong with a scenario: the exception tree, and the problems it carries."""
+"""Errors in a scenario: the exception tree, and the problems that an exception carries."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ MOST_PROBLEMS: Final = 20
 class Place:
     """Where a value was written: a line of a file, or an option of the command line.
 
-    rank is the order in which values apply: 0 for the file, less for what it extends, and options
-    count from 1.
+    rank is the order in which values apply: 0 for the file, below 0 for the files that it extends,
+    and 1, 2, … for options.
     """
 
     source: str
@@ -30,9 +30,9 @@ class Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """One thing that is wrong: at which dotted key, what and what is allowed, written where.
+    """One problem: its dotted key, a text that says what is allowed, and its place.
 
-    key is empty where the whole file is meant. related are the other keys the problem depends on.
+    key is empty if the problem concerns the whole file. related has the other keys involved.
     """
 
     key: str
@@ -46,19 +46,19 @@ class Problem:
 
     @property
     def order(self) -> tuple[int, str, int]:
-        """Sort key: what is extended, the file, the options; each file by line."""
+        """Sort key: extended files first, then the file by line, then the options."""
         return order_of(self.place)
 
 
 def order_of(place: Place | None) -> tuple[int, str, int]:
-    """Sort key of what was written at a place."""
+    """Return the sort key of a place."""
     return (0, "", 0) if place is None else (place.rank, place.source, place.line or 0)
 
 
 class ScenarioError(Exception):
-    """A scenario cannot be had. str() has one line per problem.
+    """A scenario cannot be loaded. str() has one line per problem.
 
-    Of many problems the first MOST_PROBLEMS are kept; `more` is the number of others.
+    Of many problems the first MOST_PROBLEMS are kept; `more` is the number of the others.
     """
 
     def __init__(self, problems: Iterable[Problem], more: int = 0) -> None:
@@ -81,4 +81,4 @@ class UnreadableScenarioError(ScenarioError):
 
 
 class InvalidScenarioError(ScenarioError):
-    """The YAML is sound, what it says is not: unknown keys, wrong types, values out of range."""
+    """The YAML is valid, but the scenario is not: an unknown key, a wrong type, a bad value."""

@@ -1,1 +1,1 @@
-"""Many runs: planned, made several at a time, and kept as digests."""
+"""Studies: many runs, several at a time, each kept as a digest."""

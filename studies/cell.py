@@ -18,21 +18,20 @@ class Cell:
     scenario: str
     seed: int
     settings: tuple[str, ...] = ()
-    """Each `KEY=VALUE`, as on the command line."""
+    """Settings of the form `KEY=VALUE`, as on the command line."""
     duration_s: float | None = None
 
     def __str__(self) -> str:
         return " ".join((self.scenario, f"seed {self.seed}", *self.settings))
 
     def load(self) -> Loaded:
-        """Return the scenario as it is run; raises ScenarioError."""
+        """Return the scenario of this run; raises ScenarioError."""
         return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
 
     def key(self) -> str:
-        """Return a name that is equal for cells that run the same, whatever they are called.
+        """Return a key that is equal for cells with the same effective scenario and seed.
 
-        That is, with the same effective scenario and seed. What is as by default is left out, so
-        that a new setting does not make old runs unknown.
+        Default values are left out, so that old runs are still found after a new setting is added.
         """
         scenario = self.load().scenario
         values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})

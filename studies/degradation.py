@@ -16,12 +16,12 @@ from zenvoy.studies.study import Study
 
 _SCENARIO: Final = "paper/case-15"
 _DURATION_S: Final = 120.0
-_LOST: Final = 0.3  # of the frames, where bursts are what changes
-_NEVER_MS: Final = 1e6  # an age limit that no run reaches
+_LOST: Final = 0.3  # fraction of frames lost in the study of bursts
+_NEVER_MS: Final = 1e6  # an age that no beacon reaches
 
 
 def plan(seeds: int, duration_s: float | None) -> dict[Point, list[Cell]]:
-    """The runs of each point, seed by seed."""
+    """Return the runs of each point, in order of seed."""
     points = [
         Point(impairment.key, level, model, fallback)
         for impairment in IMPAIRMENTS
@@ -44,12 +44,12 @@ def plan(seeds: int, duration_s: float | None) -> dict[Point, list[Cell]]:
 
 
 def settings(point: Point) -> tuple[str, ...]:
-    """What a point changes of case 15."""
+    """Return the settings by which a point differs from case 15."""
     found = [f"control.schedule.0.model={point.model}"]
     if point.impairment == "loss":
         found.append(f"channel.loss.p={point.level / 100:g}")
     elif point.impairment == "burst":
-        leave = 1.0 / point.level  # of Gilbert's model: bursts are geometric
+        leave = 1.0 / point.level  # in Gilbert's model, burst lengths are geometric
         enter = leave * _LOST / (1.0 - _LOST)
         found.append(f"channel.loss.gilbert_elliott={{p: {enter!r}, r: {leave!r}}}")
     else:
@@ -62,10 +62,10 @@ def settings(point: Point) -> tuple[str, ...]:
 def degradation(
     study: Study, *, seeds: int, duration_s: float | None, out: Path, command: str
 ) -> list[Path]:
-    """Run what is not there yet, then write table, figure and README.md to `out`; the files.
+    """Make the missing runs, then write table, figure and README.md to `out`; return the files.
 
-    `command` is what the page says it is made by. Raises StudyError, ScenarioError or OSError;
-    what was run by then is kept in the folder of the study.
+    The page names `command` as its source. Raises StudyError, ScenarioError or OSError; finished
+    runs are kept in the folder of the study.
     """
     cells = plan(seeds, duration_s)
     wanted = sorted((cell for of in cells.values() for cell in of), key=lambda cell: cell.seed)
@@ -79,12 +79,12 @@ def _files(found: dict[Point, list[Digest]], command: str) -> dict[str, bytes]:
     table = sheet(found)
     end_s = max(float(run.time_s[-1]) for of in found.values() for run in of)
     caption = (
-        "Case 15 with other models and worse channels: 40 vehicles on a ring, readings wrong by up "
-        "to 10 %, FM until 10 s, when one brakes for 2 s. Above, the smallest MinDistance of the "
-        f"second half of {end_s:g} s; below, the spread of speed over its last 20 s. Solid with "
-        "circles: vehicles fall back to FM on their radar while what they have heard is more than "
-        "a second old. Dashed with crosses: they go by it however old it is. Bars: 95 % intervals "
-        "over seeds, cut at 0."
+        "Case 15 with other models and worse channels: 40 vehicles on a ring, sensor errors of up "
+        "to 10 %, FM until 10 s, when one vehicle brakes for 2 s. Top: the smallest MinDistance in "
+        f"the second half of {end_s:g} s. Bottom: the spread of speed over the last 20 s. Solid "
+        "lines with circles: vehicles fall back to FM on their radar while the beacons they need "
+        "are more than a second old. Dashed lines with crosses: they use beacons of any age. Bars: "
+        "95 % confidence intervals over seeds, cut at 0."
     )
     drawing = drawn(shown := picture(found, caption))
     text = [

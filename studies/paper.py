@@ -1,4 +1,4 @@
-"""The paper's evaluation: its runs, and the tables, figures and claims made of them."""
+"""The paper's evaluation: its runs, and the tables, figures and claims that result."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from zenvoy.studies.cell import Cell
 from zenvoy.studies.study import Study
 
 _CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
-_OPEN_SEEDS: Final = 5  # the open road is told beside the ring, with fewer seeds
+_OPEN_SEEDS: Final = 5  # the open road supplements the ring, with fewer seeds
 _CONTROLLED: Final = {"FM": "03", "BCM": "07", "MBCM": "11", "PBCM": "15"}  # 10 %, 0.1 s
 _OLD: Final = ("control.neighbour_state=position", "control.v2v_wait_ms=0")
 _EQUAL_GAINS: Final = ("control.gains.k_c=0.1", "control.gains.k_d=0.1")
 
 
 def plan(seeds: int, duration_s: float | None) -> dict[str, list[Cell]]:
-    """What is run, by what it is called in the results."""
+    """Return the runs under each label of the results."""
     cells = {number: _cells(number, seeds, (), duration_s) for number in _CASES}
     few = min(seeds, _OPEN_SEEDS)
     for number in _CASES:
@@ -59,7 +59,7 @@ def _cells(
 
 
 def _old_positions(seeds: int, duration_s: float | None) -> Iterator[tuple[str, list[Cell]]]:
-    """Positions that are one period old: 0.1 s, and a third of a second."""
+    """Yield runs whose reported positions are one period old: 0.1 s or a third of a second."""
     span_s = 200.0 if duration_s is None else duration_s
     ages = {"0.1 s": (), "1/3 s": ("period_ms=333.333333",)}
     for model in ("BCM", "MBCM"):
@@ -72,13 +72,13 @@ def _old_positions(seeds: int, duration_s: float | None) -> Iterator[tuple[str, 
 def reproduce(
     study: Study, *, seeds: int, duration_s: float | None, out: Path, command: str
 ) -> list[Path]:
-    """Run what is not there yet, then write everything to `out`; return the files.
+    """Make the missing runs, then write all results to `out`; return the files.
 
-    `command` is what the pages say they are made by. Raises StudyError, ScenarioError or OSError;
-    what was run by then is kept in the folder of the study.
+    The pages name `command` as their source. Raises StudyError, ScenarioError or OSError; finished
+    runs are kept in the folder of the study.
     """
     cells = plan(seeds, duration_s)
-    # Seed by seed, so that a study that is stopped has whole rounds of cases.
+    # Run seed by seed, so that an interrupted study has every case for some seeds.
     wanted = sorted((cell for of_label in cells.values() for cell in of_label), key=_by_seed)
     digests = study.run(list(dict.fromkeys(wanted)))
     evidence = Evidence(
@@ -100,12 +100,12 @@ def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dic
         files[f"{picture.name}.png"] = drawing.png
         files[f"{picture.name}.svg"] = drawing.svg
     how = [
-        f"Written by `{command}` of Zenvoy {version('zenvoy')}: {len(digests)} runs. Figures are"
-        " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t); the"
-        " fingerprint of every run stands in `fingerprints.csv`.",
+        f"Written by `{command}` of Zenvoy {version('zenvoy')}: {len(digests)} runs. Values are"
+        " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t);"
+        " `fingerprints.csv` lists the fingerprint of every run.",
     ]
     readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
-    readme += ["`claims.md` puts each claim beside what was measured.", ""]
+    readme += ["`claims.md` compares each claim of the paper with the measurements.", ""]
     for picture in drawings:
         readme += [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
     readme += [markdown(sheet) for sheet in found if sheet.name != "fingerprints"]

@@ -1,4 +1,4 @@
-"""Runs many scenarios, several at a time, and keeps a digest of each; goes on where it stopped."""
+"""Runs many scenarios, several at a time, and keeps a digest of each, so that it can resume."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ _DIGEST = "digest.npz"
 
 
 class StudyError(Exception):
-    """A run of a study has failed."""
+    """A run of a study failed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """Where runs are kept, what makes them, and how many at a time."""
+    """A folder of runs, the engine that makes them, and how many to make at a time."""
 
     folder: Path
     engine: Engine = "in-process"
     jobs: int = 1
-    """Runs at a time, each in a process; "processes" fills the machine by itself, one by one."""
-    tell: Callable[[str], None] = field(default=lambda _: None)
-    """Takes a line for each run that is done."""
+    """Runs at a time, each in a process. The engine "processes" makes one run at a time."""
+    on_line: Callable[[str], None] = field(default=lambda _: None)
+    """Called with a line of text for each run that is done."""
 
     def run(self, cells: Sequence[Cell]) -> dict[Cell, Digest]:
-        """Return a digest of each cell; those that are there already are not run again.
+        """Return a digest of each cell; make only the runs that are missing.
 
-        Raises StudyError, ScenarioError or OSError; what was finished by then is kept.
+        Raises StudyError, ScenarioError or OSError; finished runs are kept.
         """
         folders = {cell: self.folder / cell.key() for cell in cells}
         missing = {folder: cell for cell, folder in folders.items() if _stored(folder) is None}
-        self.tell(f"{len(folders)} runs, {len(folders) - len(missing)} of them there already")
-        if self.engine == "processes":  # its processes fill the machine by themselves
+        self.on_line(f"{len(folders)} runs, {len(folders) - len(missing)} of them done already")
+        if self.engine == "processes":  # one run alone keeps all cores busy
             for count, (folder, cell) in enumerate(missing.items(), start=1):
                 _make(cell, folder, "processes")
-                self._tell_done(cell, count, len(missing))
+                self._report_done(cell, count, len(missing))
         elif missing:
             self._run_pool(missing)
         return {cell: Digest.read(folder / _DIGEST) for cell, folder in folders.items()}
@@ -66,8 +66,8 @@ class Study:
                 for folder, cell in missing.items()
             }
             for count, future in enumerate(as_completed(futures), start=1):
-                _result(future, futures[future])
-                self._tell_done(futures[future], count, len(missing))
+                _wait_for(future, futures[future])
+                self._report_done(futures[future], count, len(missing))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
@@ -75,8 +75,8 @@ class Study:
             raise
         pool.shutdown()
 
-    def _tell_done(self, cell: Cell, count: int, total: int) -> None:
-        self.tell(f"{count} of {total}: {cell}")
+    def _report_done(self, cell: Cell, count: int, total: int) -> None:
+        self.on_line(f"{count} of {total}: {cell}")
 
 
 def _stored(folder: Path) -> Digest | None:
@@ -87,7 +87,7 @@ def _stored(folder: Path) -> Digest | None:
 
 
 def _make(cell: Cell, folder: Path, engine: Engine) -> None:
-    """Run a cell in `folder`, and leave its digest alone there."""
+    """Run a cell in `folder`, and keep only its digest there."""
     shutil.rmtree(folder, ignore_errors=True)
     loaded = cell.load()
     death = run(loaded, make_folder(folder, loaded.name), engine)
@@ -99,8 +99,8 @@ def _make(cell: Cell, folder: Path, engine: Engine) -> None:
     found.save(folder / _DIGEST)
 
 
-def _result(future: Future[None], cell: Cell) -> None:
-    """Wait for a run to be over; raises what it raised, and StudyError where its process died."""
+def _wait_for(future: Future[None], cell: Cell) -> None:
+    """Wait for the end of a run; raises what it raised, and StudyError if its process died."""
     try:
         future.result()
     except BrokenExecutor as error:
@@ -110,7 +110,7 @@ def _result(future: Future[None], cell: Cell) -> None:
 
 
 def _be_worker(parent: int) -> None:
-    """Die with the parent, and leave to it what comes from the terminal."""
+    """Die with the parent, and leave signals from the terminal to it."""
     die_with(parent, signal.SIGKILL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)

@@ -33,7 +33,7 @@ from zenvoy.bus.topics import BEACON, COMMAND, LINKS, POSITIONS, RECEIVE, SENSE,
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.folder import make_folder
-from zenvoy.fleet.guests import meeting
+from zenvoy.fleet.guests import endpoints_of
 from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.spawn import Program
 from zenvoy.fleet.supervisor import Supervisor
@@ -338,7 +338,7 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
     realtime = loaded.scenario.clock == "realtime"
     turns = Turns(realtime=realtime)
     with tempfile.TemporaryDirectory(prefix="zt-") as sockets:
-        met = meeting(labels.run, Path(sockets), ())
+        met = endpoints_of(labels.run, Path(sockets), ())
         table = process_table(
             loaded.scenario,
             labels,

@@ -29,7 +29,7 @@ from tests.conftest import Command, Log, Outcome, command, read_log, run, wait_u
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import CLOCK
-from zenvoy.fleet.guests import read_meeting
+from zenvoy.fleet.guests import read_endpoints
 
 CYCLES: Final = {"each": 400, "shared": 800, "realtime": 100}
 STALL_LIMIT_S: Final = 5.0
@@ -166,7 +166,7 @@ class Watcher:
 def watching(out: Path) -> Iterator[Watcher]:
     """Watch the clock of the run in a folder."""
     watcher = Watcher()
-    met = read_meeting(out)
+    met = read_endpoints(out)
     with open_session([], met.world[:1], realtime=True) as session:
         session.declare_subscriber(CLOCK.key(met.run), watcher.hear)
         yield watcher

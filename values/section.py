@@ -1,4 +1,4 @@
-"""What every section of a scenario shares: strictness, and the ranges of numbers."""
+"""The base of every section of a scenario, and the types of numbers with their ranges."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _PERCENT: Final = re.compile(r"\s*([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20}))\s*%\
 
 
 def _fraction(value: object) -> object:
-    """0.333 for "33.3%": the float nearest to the decimal fraction. What is no text stays."""
+    """Return 0.333 for "33.3%", rounded once; return other values as they are."""
     percent = _PERCENT.fullmatch(value) if isinstance(value, str) else None
     return value if percent is None else float(Decimal(percent[1]) / 100)
 
 
 Percent = BeforeValidator(_fraction)
-"""A fraction may be written in percent."""
+"""Lets a fraction be written in percent."""
 Fraction = Annotated[float, Field(ge=0, le=1), Percent]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST)]

@@ -1,4 +1,4 @@
-"""How values, numbers and keys are shown in messages, each of them bounded in length."""
+"""Formats values, numbers and keys for messages, with a limit on their length."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ _MOST_NAMES: Final = 24
 
 
 def one_line(text: str, longest: int = _LONGEST_SOURCE) -> str:
-    """`text` itself, or with escapes where it would break the line or the terminal, and cut."""
+    """Return `text` cut to a length, with control characters and line breaks escaped."""
     text = text[: longest + 1]
     text = text if text.isprintable() else repr(text)[1:-1]
     return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
 def dotted(path: Iterable[str | int]) -> str:
-    """("events", 0, "vehicle") as events.0.vehicle."""
+    """Return ("events", 0, "vehicle") as "events.0.vehicle"."""
     return ".".join(one_line(str(step), _LONGEST) for step in path)
 
 
 def shown(value: object) -> str:
-    """A value as its author would recognise it, at most 60 characters long."""
+    """Return a value in a form that its author recognises, at most 60 characters long."""
     match value:
         case None | True | False:
             return {None: "null", True: "true", False: "false"}[value]
@@ -39,7 +39,7 @@ def shown(value: object) -> str:
 
 
 def kind_of(value: object) -> str:
-    """What sort of value it is, without showing it: the text of any file may be a secret."""
+    """Return the kind of a value without showing it: the text of a file may be a secret."""
     match value:
         case Mapping() | list() | tuple() | None | bool():
             return shown(value)
@@ -50,14 +50,14 @@ def kind_of(value: object) -> str:
 
 
 def listed(names: Collection[str]) -> str:
-    """Names, separated by commas: the first 24, and how many more there are."""
+    """Return the first 24 names, separated by commas, and the number of the others."""
     more = len(names) - _MOST_NAMES
     text = ", ".join(one_line(name, _LONGEST) for name in islice(names, _MOST_NAMES))
     return f"{text} and {more} more" if more > 0 else text
 
 
 def trimmed(number: float) -> str:
-    """The shortest text that reads as the same number: 100.0 as 100, 1e+09 as 1e9."""
+    """Return the shortest text that reads as the same number: 100 for 100.0, 1e9 for 1e+09."""
     short = f"{number:g}"
     if float(short) != number:
         short = str(number).removesuffix(".0")

@@ -6,7 +6,7 @@
     run.truth["speed"]  # m/s, (cycles + 1, vehicles)
     run.summary["smallest_gap_m"]
 
-Names are imported when they are first used, so that `import zenvoy` takes no time.
+Each name is imported on first use, so that `import zenvoy` is fast.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What `zenvoy.run`, `zenvoy.load` and `zenvoy.scenario` raise, in one tree.
+"""The errors of `zenvoy.run`, `zenvoy.load` and `zenvoy.scenario`, in one tree.
 
-Each text is the line, or the lines, that the `zenvoy` command prints.
+The text of each error is what the `zenvoy` command prints.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from pathlib import Path
 
 
 class ZenvoyError(Exception):
-    """Base of all errors below."""
+    """Base class of all errors of Zenvoy."""
 
 
 class InputError(ZenvoyError, ValueError):
-    """What is asked for cannot be; nothing was run."""
+    """The input is not valid; nothing was run."""
 
 
 class ScenarioError(InputError):
-    """There is no such scenario, or it is not valid: a line for each problem, with its place."""
+    """The scenario does not exist or is not valid; the text has a line per problem."""
 
 
 class FolderError(InputError):
@@ -25,24 +25,24 @@ class FolderError(InputError):
 
 
 class LogError(InputError):
-    """The file is no log of a run, or cannot be read."""
+    """The file cannot be read, or is not the log of a run."""
 
 
 class RunError(ZenvoyError):
-    """A run could not begin, or could not go on: no room on the disk, too few processes, …"""
+    """A run could not begin or go on, for example because the disk is full."""
 
     def __init__(self, text: str, log: Path | None = None) -> None:
         super().__init__(text)
         self.log = log
-        """The log up to here, for `zenvoy.load`; None where there is none."""
+        """The log of the run so far, for `zenvoy.load`; None if there is none."""
 
 
 class ProcessLostError(RunError):
-    """A process of the run died or stalled; the text says which one, and what became of it."""
+    """A process of the run died or stalled; the text says which one, and how."""
 
     def __init__(self, text: str, log: Path | None, process: str, output: tuple[str, ...]) -> None:
         super().__init__(text, log)
         self.process = process
         """Its name, such as `vehicle-07`."""
         self.output = output
-        """The last lines that it has printed."""
+        """The last lines that it printed."""

@@ -1,4 +1,4 @@
-"""A run as its log has it."""
+"""A run, read from its log."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from zenvoy.analysis.measures.summary import summary_of
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run(analysis.Run):
-    """A run, as its log tells it.
+    """A run, read from its log.
 
-    `truth`, `radar`, `estimate`, `command` and `clock` map names of columns to arrays of a row per
-    cycle and a column per vehicle; column v - 1 is vehicle v. `frames` has a row per frame and
+    `truth`, `radar`, `estimate`, `command` and `clock` map names of columns to arrays with a row
+    per cycle and a column per vehicle; column v - 1 is vehicle v. `frames` has a row per frame and
     receiver, and is read from the log on first use. `units` has the unit of every column, `time_s`
-    the time of each row of truth, `events` what happened, `notes` what is not as it should be, and
-    `fingerprint` is equal for equal scenario and seed, whatever the engine.
+    the time of each row of `truth`, `events` the events of the run, and `notes` anything wrong with
+    the log. `fingerprint` is equal for equal scenario and seed, whatever the engine.
     """
 
     @property
@@ -30,7 +30,7 @@ class Run(analysis.Run):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What the command `zenvoy run` prints and leaves in summary.json; units in the names."""
+        """The summary that `zenvoy run` writes to summary.json; the keys name the units."""
         try:
             return summary_of(self)
         except analysis.LogError as error:
@@ -38,10 +38,9 @@ class Run(analysis.Run):
 
 
 def load(log: str | PathLike[str]) -> Run:
-    """Return the run that is logged in an MCAP file, up to a cut or a gap where there is one.
+    """Return the run that is logged in an MCAP file, up to the first cut or gap if there is one.
 
-    What the log says of itself is checked on the way; what does not hold is in `notes`. Raises
-    LogError.
+    The log is checked on the way; `notes` of the run lists the checks that fail. Raises LogError.
     """
     try:
         run = analysis.load(Path(fspath(log)))

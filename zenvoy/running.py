@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from zenvoy import errors
 from zenvoy.analysis.log.arrays import as_json
 from zenvoy.bus.text import utf8
-from zenvoy.fleet.ends import Death, want_of
+from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.engine import ENGINES, Engine
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.progress import Progress
@@ -34,27 +34,27 @@ def run(
     out: str | PathLike[str] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> Run:
-    """Run a scenario to its end, and return what it has logged.
+    """Run a scenario to its end, and return the run as logged.
 
-    `scenario` is the name of a built-in one, a file, or what `zenvoy.scenario` returns; `seed`
-    replaces its seed. `engine` is "processes", a process per vehicle on Zenoh, or "in-process":
-    all vehicles in this process, faster for a small fleet. Both give the same bits. `out` is the
-    folder of the run, new or empty, by default `runs/<time>-<scenario>`. `on_progress` is called
-    several times a second, in this thread; what it raises ends the run.
+    `scenario` is the name of a built-in scenario, a file, or a value returned by `zenvoy.scenario`;
+    `seed` replaces its seed. `engine` is "processes" (a process per vehicle on Zenoh) or
+    "in-process" (all vehicles in this process, which is faster for a small fleet). Both write the
+    same log, bit for bit. `out` is the folder of the run, new or empty; by default it is
+    `runs/<time>-<scenario>`. `on_progress` is called several times a second, in this thread; an
+    exception that it raises ends the run.
 
-    Nothing is printed. Ctrl-C raises KeyboardInterrupt; the log up to there is kept. Processes are
-    forked from this one: it must not have opened a Zenoh session before.
+    Nothing is printed. Ctrl-C raises KeyboardInterrupt, and the log so far is kept. The processes
+    are forked from this one, which must not have opened a Zenoh session before.
 
-    Raises ScenarioError, FolderError, InputError for an unknown engine, ProcessLostError where a
-    process dies or stalls, and RunError where the system has no room for the run.
+    Raises ScenarioError, FolderError, InputError for an unknown engine, ProcessLostError if a
+    process dies or stalls, and RunError if the system lacks disk, memory, processes or file
+    descriptors for the run.
     """
     what = _seeded(scenario, seed)
     if engine not in ENGINES:
         raise errors.InputError(f"engine: {engine!r} is not one of {', '.join(ENGINES)}")
     if what.scenario.clock == "realtime" and engine != "processes":
-        raise errors.InputError(
-            'clock: realtime is for a process per vehicle; allowed: engine="processes"'
-        )
+        raise errors.InputError('clock: realtime needs processes; allowed: engine="processes"')
     try:
         folder = make_folder(None if out is None else Path(fspath(out)), what.name)
     except FolderError as error:
@@ -68,7 +68,7 @@ def run(
         done = load(log)
         (folder / SUMMARY).write_bytes(utf8(as_json(done.summary)))
     except OSError as error:  # a full disk, too few processes or file descriptors
-        raise errors.RunError(f"the run cannot go on: {want_of(error)}", _kept(log)) from error
+        raise errors.RunError(f"the run cannot go on: {shortage_of(error)}", _kept(log)) from error
     return done
 
 

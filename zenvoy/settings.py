@@ -19,11 +19,12 @@ def scenario(
 ) -> Loaded:
     """Return the scenario in a file, or else the built-in one of that name, with changes.
 
-    Each change is a key of the scenario and its value. Mappings change what they name and leave the
-    rest: `channel={"loss": {"p": 0.3}}`, or in short `**{"channel.loss.p": 0.3}`. Lists replace
-    lists. The result holds `name`, `scenario` with all its values, and `notes` on what is allowed
-    and hardly meant. A law or an estimator of one's own is run if it lies beside the scenario or in
-    an installed package; with `allow_code` from anywhere. Raises ScenarioError.
+    Each change is a key of the scenario and its value. A mapping changes the keys that it names and
+    leaves the others: `channel={"loss": {"p": 0.3}}`, or in short `**{"channel.loss.p": 0.3}`. A
+    list replaces the whole list. The result has a `name`, the `scenario` with all its values, and
+    `notes` on settings that are allowed but probably a mistake. Your own laws and estimators must
+    lie beside the scenario or in an installed package; with `allow_code` they may lie anywhere.
+    Raises ScenarioError.
     """
     return loaded(name_or_path, changes, allow_code=allow_code)
 
@@ -35,7 +36,7 @@ def loaded(
     *,
     allow_code: bool = False,
 ) -> Loaded:
-    """Return the scenario with changes and, where it is given, another seed."""
+    """Return the scenario with changes and, if given, another seed."""
     overrides = [f"{key}={_yaml(key, value)}" for key, value in _flat(changes)]
     try:
         return load(fspath(name_or_path), overrides, seed=seed, allow_code=allow_code)
@@ -53,7 +54,7 @@ def _flat(changes: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, A
 
 
 def _yaml(key: str, value: object) -> str:
-    """Return a value as YAML in one line, of which JSON is a part but for numbers not finite."""
+    """Return a value as YAML in one line: as JSON, except for infinity and NaN."""
     value = _plain(key, value)
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else f"{'-' if value < 0 else ''}.inf"
@@ -71,4 +72,4 @@ def _plain(key: str, value: Any) -> Any:
         return value
     if hasattr(value, "tolist"):  # numpy's arrays and numbers
         return value.tolist()
-    raise errors.ScenarioError(f"{key}: {type(value).__name__} is no type of a scenario's values")
+    raise errors.ScenarioError(f"{key}: a value of type {type(value).__name__} is not allowed")

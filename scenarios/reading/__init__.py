@@ -1,1 +1,1 @@
-"""From files and settings to a scenario: YAML, `extends`, tables, and where each value stands."""
+"""Turns files and settings into a scenario: YAML, `extends`, tables, places of values."""

@@ -1,4 +1,4 @@
-"""What the schema allows at a path, in words."""
+"""Describes in words what the schema allows at a path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from zenvoy.values.wording import trimmed
 
 JsonSchema = dict[str, Any]
 
-_COLUMNS: Final = 9  # more than any list has whose entries differ
+_COLUMNS: Final = 9  # no list has more entries of different schemas
 
 _TO_RESOLVE = {"$ref", "anyOf"}
 _NULL = {"type": "null"}
@@ -32,27 +32,27 @@ def _root_schema() -> JsonSchema:
 
 
 def schema_at(loc: Path) -> JsonSchema:
-    """The JSON schema at `loc`, a path as in pydantic's errors; the value's, where null is allowed.
+    """Return the JSON schema at `loc`, a path as in pydantic's errors, resolved.
 
-    Where there are several types of entry, `loc` may name one, after the entry's index. Raises
+    If entries of a list have several types, `loc` may name one after the entry's index. Raises
     KeyError if the schema has no such path.
     """
     return _walk(_shape(loc))[0]
 
 
 def path_of(loc: Path) -> Path:
-    """`loc`, a path as in pydantic's errors, without the names of types of entries."""
+    """Return `loc`, a path as in pydantic's errors, without the names of entry types."""
     return tuple(step for step, named in zip(loc, _walk(_shape(loc))[1], strict=True) if named)
 
 
 def _shape(loc: Path) -> Path:
-    """`loc` for the entries of a list that all have one schema; only a few columns differ."""
+    """Return `loc` with large indices cut, because entries beyond a few share one schema."""
     return tuple(min(step, _COLUMNS) if isinstance(step, int) else step for step in loc)
 
 
 @cache
 def _walk(loc: Path) -> tuple[JsonSchema, tuple[bool, ...]]:
-    """The schema at `loc`, and which of its steps are steps into the file."""
+    """Return the schema at `loc`, and for each step whether it is a step into the file."""
     schema = _root_schema()
     named: list[bool] = []
     for step in loc:
@@ -72,7 +72,7 @@ def _walk(loc: Path) -> tuple[JsonSchema, tuple[bool, ...]]:
 
 
 def resolved(schema: JsonSchema) -> JsonSchema:
-    """What references and "or null" stand for, whichever comes first."""
+    """Return the schema with references and "or null" replaced by the schema they stand for."""
     while not _TO_RESOLVE.isdisjoint(schema):
         if "$ref" in schema:
             beside = {key: value for key, value in schema.items() if key != "$ref"}
@@ -85,12 +85,12 @@ def resolved(schema: JsonSchema) -> JsonSchema:
 
 
 def types(schema: JsonSchema) -> list[str]:
-    """The types of entry that there are; empty where there is one kind only."""
+    """Return the types that an entry can have; empty if there is only one."""
     return [resolved(b)["properties"]["type"]["const"] for b in schema.get("oneOf", ())]
 
 
 def noun(schema: JsonSchema) -> str:
-    """The type, or the values to choose from: "a whole number", "one of ring, open"."""
+    """Return the type or the choices: "a whole number", "one of ring, open"."""
     return f"{_noun(schema)} or null" if "nullable" in schema else _noun(schema)
 
 
@@ -112,7 +112,7 @@ def _noun(schema: JsonSchema) -> str:
 
 
 def interval(schema: JsonSchema) -> str:
-    """The range of a number: "in [0, 1)" or "at least 1"; empty for what is no number."""
+    """Return the range of a number: "in [0, 1)" or "at least 1"; "" for other types."""
     if not {"minimum", "exclusiveMinimum"} & schema.keys():
         return ""
     if "exclusiveMinimum" in schema:
@@ -127,7 +127,7 @@ def interval(schema: JsonSchema) -> str:
 
 
 def stand_in(schema: JsonSchema) -> object:
-    """A value that is valid by itself: the default, or for a required value any."""
+    """Return a value that is valid by itself: the default, or any value if there is none."""
     if "default" in schema:
         return schema["default"]
     if "oneOf" in schema:

@@ -1,4 +1,4 @@
-"""Reads what a user names: regular files and standard input, of bounded size, without waiting."""
+"""Reads regular files and standard input, with a limit on their size."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STANDARD_INPUT: Final = "-"
 
 _KINDS: Final = (
     (stat.S_ISDIR, "a folder, not a file"),
-    (stat.S_ISFIFO, "a pipe, not a file; what is piped in is named -"),
+    (stat.S_ISFIFO, "a pipe, not a file; use - for standard input"),
     (stat.S_ISSOCK, "a socket, not a file"),
     (stat.S_ISCHR, "a device, not a file"),
     (stat.S_ISBLK, "a device, not a file"),
@@ -29,16 +29,16 @@ class RegularFile:
     path: str
 
     def read_bytes(self) -> bytes:
-        """Its contents. Raises OSError, also for what is no regular file, and what is too large.
+        """Return the contents; raises OSError, also if it is not a regular file or too large.
 
-        Nothing that is no regular file is opened: to open one can wait for ever, or act.
+        Only a regular file is opened: opening a pipe or a device can block or have side effects.
         """
         try:
             _refuse_irregular(os.stat(self.path).st_mode)
-            # It may have become another one by now, which must not keep us waiting.
+            # Do not block: another file may have taken its place meanwhile.
             handle = os.open(self.path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
-        except ValueError:  # a null byte is in no name of a file
-            raise _refusal("no file has such a name") from None
+        except ValueError:  # the name has a null byte
+            raise _refusal("not a valid file name") from None
         with os.fdopen(handle, "rb") as file:
             _refuse_irregular(os.fstat(handle).st_mode)
             return _bounded(file)
@@ -46,10 +46,10 @@ class RegularFile:
 
 @dataclass(frozen=True, slots=True)
 class StandardInput:
-    """What is piped into the command."""
+    """The standard input of the command."""
 
     def read_bytes(self) -> bytes:
-        """Its contents, up to its end. Raises OSError, also for what is too large."""
+        """Return the contents up to the end; raises OSError, also if they are too large."""
         if sys.stdin is None:
             raise _refusal("standard input is closed")
         return _bounded(sys.stdin.buffer)
@@ -58,7 +58,7 @@ class StandardInput:
 def _bounded(file: IO[bytes]) -> bytes:
     data = file.read(LARGEST_BYTES + 1)
     if len(data) > LARGEST_BYTES:
-        raise _refusal(f"larger than {LARGEST_BYTES // 2**20} MiB, the most that is allowed")
+        raise _refusal(f"larger than the limit of {LARGEST_BYTES // 2**20} MiB")
     return data
 
 

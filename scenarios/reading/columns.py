@@ -1,4 +1,4 @@
-"""Which columns of a table hold times and speeds."""
+"""Finds the columns of a table that hold times and speeds."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from zenvoy.scenarios.reading.grid import likely_header
 from zenvoy.scenarios.schema.units import SPEEDS, TIMES, Ratio, split_header
 from zenvoy.values.wording import listed, shown
 
-# Words of which the name of a column of times, or of speeds, may consist: one of these at least,
-# and any of those beside them.
-_OF_TIMES: Final = frozenset({"time", "t", "timestamp", "timestep"})
-_OF_SPEEDS: Final = frozenset({"speed", "v", "velocity"})
-_BESIDE: Final = frozenset(
+# The name of a column of times or speeds has at least one of its words, and any of the qualifiers.
+_TIME_WORDS: Final = frozenset({"time", "t", "timestamp", "timestep"})
+_SPEED_WORDS: Final = frozenset({"speed", "v", "velocity"})
+_QUALIFIERS: Final = frozenset(
     {"test", "target", "reference", "cycle", "cyc", "elapsed", "recorded", "sim", "simulation"}
     | {"gps", "vehicle", "veh", "lead", "leader", "actual", "schedule", "unix", "utc"}
 )
@@ -23,10 +22,10 @@ _BESIDE: Final = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What to read of a table; None: as the table itself says.
+    """What to read from a table; None: as the table itself says.
 
-    Columns are given by name. `time` is "as-given" or "from-first"; `where` gives for columns the
-    only values that count, so that of a table of many vehicles the rows of one are read.
+    Columns are given by name. `time` is "as-given" or "from-first". `where` maps columns to
+    values: only rows with these values are read, such as those of one vehicle.
     """
 
     column: str | None = None
@@ -38,7 +37,7 @@ class Choice:
 
 
 class RecordingError(Exception):
-    """A table cannot be read: what is wrong, each with its line (None: the whole) and its key."""
+    """A table cannot be read. Each problem is a line (None: the whole table), a key and a text."""
 
     def __init__(self, problems: Iterable[tuple[int | None, str, str]]) -> None:
         self.problems = tuple(problems)
@@ -46,9 +45,9 @@ class RecordingError(Exception):
 
 
 def columns_of(header: Sequence[str], choice: Choice) -> tuple[int, int] | None:
-    """Where times and speeds are; None where the header does not name just one of each."""
-    times = _matching(header, choice.time_column, TIMES, _OF_TIMES)
-    speeds = _matching(header, choice.column, SPEEDS, _OF_SPEEDS)
+    """Return the indices of times and speeds; None if the header does not name one of each."""
+    times = _matching(header, choice.time_column, TIMES, _TIME_WORDS)
+    speeds = _matching(header, choice.column, SPEEDS, _SPEED_WORDS)
     if len(times) != 1 or len(speeds) != 1 or times == speeds:
         return None
     return times[0], speeds[0]
@@ -57,13 +56,13 @@ def columns_of(header: Sequence[str], choice: Choice) -> tuple[int, int] | None:
 def _matching(
     header: Sequence[str], wanted: str | None, units: Mapping[str, Ratio], words: frozenset[str]
 ) -> list[int]:
-    """Indices of the columns of that name, whole or without its unit, else of those words."""
+    """Return the indices of the columns with the wanted name, or else with these words."""
     names = [(cell, *split_header(cell, units)) for cell in header]
     if wanted is None:
         return [
             index
             for index, (_, name, unit) in enumerate(names)
-            if (said := _words(name)) <= words | _BESIDE and (said & words or unit)
+            if (found := _words(name)) <= words | _QUALIFIERS and (found & words or unit)
         ]
     wanted = wanted.strip()
     exact = [index for index, (cell, _, _) in enumerate(names) if cell == wanted]
@@ -75,7 +74,7 @@ def _words(name: str) -> frozenset[str]:
 
 
 def no_header(text: str, choice: Choice) -> RecordingError:
-    """Which of the columns there is not, or is more than once, in what looks like the header."""
+    """Return an error that says which column is missing or ambiguous in the likeliest header."""
     likely = likely_header(text)
     if likely is None:
         what = "no line names a time and a speed, as the header time_s,speed_mps does"
@@ -84,8 +83,8 @@ def no_header(text: str, choice: Choice) -> RecordingError:
     names = [cell for cell in header if cell]
     problems = []
     for key, wanted, units, words, what in (
-        ("time_column", choice.time_column, TIMES, _OF_TIMES, "time"),
-        ("column", choice.column, SPEEDS, _OF_SPEEDS, "speed"),
+        ("time_column", choice.time_column, TIMES, _TIME_WORDS, "time"),
+        ("column", choice.column, SPEEDS, _SPEED_WORDS, "speed"),
     ):
         count = len(_matching(header, wanted, units, words))
         allowed = f"allowed: one of {listed([n for n in names if what in n.lower()] or names)}"
@@ -93,10 +92,11 @@ def no_header(text: str, choice: Choice) -> RecordingError:
             how = "no column" if count == 0 else f"the name of {count} columns"
             problems.append((line, key, f"{shown(wanted)} is {how}; {allowed}"))
         elif wanted is None and count > 1:
-            problems.append((line, key, f"not given, and {count} columns are a {what}; {allowed}"))
+            text = f"not given, and {count} columns are called a {what}; {allowed}"
+            problems.append((line, key, text))
         elif wanted is None and count == 0:
-            problems.append((line, key, f"not given, and no column is just a {what}; {allowed}"))
+            problems.append((line, key, f"not given, and no column is called a {what}; {allowed}"))
     if not problems:
-        name = shown(header[_matching(header, choice.column, SPEEDS, _OF_SPEEDS)[0]])
-        problems.append((line, "column", f"{name} is the column of times too"))
+        name = shown(header[_matching(header, choice.column, SPEEDS, _SPEED_WORDS)[0]])
+        problems.append((line, "column", f"{name} is also the column of times"))
     return RecordingError(problems)

@@ -1,4 +1,4 @@
-"""What pydantic refuses, in our words: what was written, and what is allowed there."""
+"""Turns errors of pydantic into messages: what was written, and what is allowed there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.scenarios.reading.allowed import JsonSchema, interval, noun, path_of
 from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
 from zenvoy.values.wording import dotted, one_line, shown, trimmed
 
-_LONGEST_KEY: Final = 100  # to look for one like it takes time with its length
+_LONGEST_KEY: Final = 100  # the search for similar keys takes longer for longer keys
 
 _OUT_OF_RANGE = {
     "greater_than",
@@ -25,9 +25,9 @@ _OUT_OF_RANGE = {
 
 
 class Refusal(NamedTuple):
-    """What pydantic refuses: the value at a path into the file, and the schema there.
+    """A value that pydantic refuses, its path in the file, and the schema there.
 
-    Of an unknown key, the schema is that of the mapping it is in.
+    For an unknown key, the schema is that of the mapping around it.
     """
 
     path: Path
@@ -37,7 +37,7 @@ class Refusal(NamedTuple):
 
 
 def refusal(error: ErrorDetails) -> Refusal:
-    """The refusal behind one entry of ValidationError.errors()."""
+    """Return the refusal that an entry of ValidationError.errors() describes."""
     loc, kind, value = error["loc"], error["type"], error["input"]
     if kind == "extra_forbidden":
         return Refusal((*path_of(loc[:-1]), loc[-1]), kind, value, schema_at(loc[:-1]))
@@ -45,25 +45,25 @@ def refusal(error: ErrorDetails) -> Refusal:
 
 
 def is_reported(refused: Refusal) -> bool:
-    """Whether the value could not even be read, which is reported where it was tried."""
+    """Return whether the value could not be read, which is reported already."""
     return refused.kind != "extra_forbidden" and (_narrowed(refused).value is Unreadable.UNREADABLE)
 
 
 def explained(refused: Refusal, root: Node) -> Problem:
-    """The problem that a refusal is, with its place in `root`."""
+    """Return a refusal as a problem with its place in `root`."""
     path, kind, _, schema = refused = _narrowed(refused)
     if kind == "extra_forbidden":
         text = _unknown_key(str(path[-1]), list(schema["properties"]))
     else:
         written = root.find(path)
-        if written is not None and isinstance(written.value, str):  # 150%, say, and not 1.5
+        if written is not None and isinstance(written.value, str):  # show 150% instead of 1.5
             refused = refused._replace(value=written.value)
         text = _refused_value(refused)
     return Problem(key=dotted(path), text=text, place=root.place_of(path))
 
 
 def _narrowed(refused: Refusal) -> Refusal:
-    """Of an entry whose type is none that there is, the type alone."""
+    """Reduce the refusal of an entry with an unknown type to its type."""
     path, kind, value, schema = refused
     if kind.startswith("union_tag") and isinstance(value, dict):
         return Refusal((*path, "type"), kind, value.get("type"), {"enum": types(schema)})
@@ -71,16 +71,19 @@ def _narrowed(refused: Refusal) -> Refusal:
 
 
 def nearest(name: str, names: Mapping[str, str]) -> str:
-    """A hint at the likeliest of `names`, by what each may be called; ends in a space, or is ""."""
+    """Return a hint at the most similar name, with a space at its end, or "".
+
+    `names` maps each spelling to a name.
+    """
     near = _near(name, names) or _near(name.lower(), names)
     return f"did you mean {one_line(names[near[0]])!r}? " if near else ""
 
 
 def _near(name: str, names: Mapping[str, str]) -> list[str]:
-    """The likeliest of `names`, if any.
+    """Return the most similar of `names`, if any is similar enough.
 
-    difflib takes the longest common part first, though another may leave more for the rest: "momo"
-    is near to "mimo" only where both are read backwards.
+    difflib matches the longest common part first, which is not always the best choice: "momo" is
+    similar to "mimo" only if both are read backwards.
     """
     backwards = get_close_matches(name[::-1], [other[::-1] for other in names], n=1)
     return get_close_matches(name, names, n=1) or [other[::-1] for other in backwards]

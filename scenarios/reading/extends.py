@@ -1,4 +1,4 @@
-"""A scenario that says only what differs from another: the chain of files, and their merger."""
+"""Reads a scenario and the scenarios that it extends, and merges them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from zenvoy.scenarios.reading.tree import Node, Unreadable
 from zenvoy.values.wording import kind_of, one_line, shown
 
 KEY: Final = "extends"
-_MOST: Final = 50
+_MOST_SCENARIOS: Final = 50
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """A scenario and all that it extends, merged.
+    """A scenario, merged with all that it extends.
 
-    text is the scenario's own; problems is what could not be read, in any of the files; origins
-    has the files by what places call them.
+    text is that of the scenario's own file, problems has the values that could not be read in any
+    of the files, and origins maps the `source` of places to the files.
     """
 
     text: str
@@ -33,10 +33,10 @@ class Chain:
 
 
 def chain(origin: Origin) -> Chain:
-    """Read the scenario of `origin` and what it extends, each file's values over its base's.
+    """Read the scenario of `origin` and all that it extends, and merge each file over its base.
 
-    Mappings are merged key by key; lists and single values replace. Raises UnknownScenarioError,
-    UnreadableScenarioError or InvalidScenarioError where there is no chain to the end.
+    Mappings are merged key by key; lists and single values are replaced. Raises
+    UnknownScenarioError, UnreadableScenarioError or InvalidScenarioError if a file fails.
     """
     origins: list[Origin] = []
     texts: list[str] = []
@@ -44,9 +44,9 @@ def chain(origin: Origin) -> Chain:
     problems: list[Problem] = []
     current: Origin | None = origin
     while current is not None:
-        if len(origins) == _MOST:
-            place = _place(origins[-1].source, 1 - _MOST, None)
-            text = f"more than {_MOST} scenarios, each of which extends the next"
+        if len(origins) == _MOST_SCENARIOS:
+            place = _place(origins[-1].source, 1 - _MOST_SCENARIOS, None)
+            text = f"more than {_MOST_SCENARIOS} scenarios, each of which extends the next"
             raise InvalidScenarioError([Problem(key=KEY, text=text, place=place)])
         texts.append(_text(current, -len(origins)))
         root, found = _tree(texts[-1], partial(_place, current.source, -len(origins)))
@@ -64,23 +64,23 @@ def chain(origin: Origin) -> Chain:
 def _without_base(
     root: Node, origins: list[Origin], problems: list[Problem]
 ) -> tuple[Node, Origin | None]:
-    """`root`, the tree of the last of `origins`, without its `extends`; and what that names."""
+    """Return the tree of the last of `origins` without its `extends`, and the base it names."""
     assert isinstance(root.value, dict)
-    said = root.value.get(KEY)
-    if said is None:
+    named = root.value.get(KEY)
+    if named is None:
         return root, None
-    name = said.value
-    if name is Unreadable.UNREADABLE:  # which is among the problems
+    name = named.value
+    if name is Unreadable.UNREADABLE:  # `problems` has the reason
         raise InvalidScenarioError(problems)
     if not isinstance(name, str) or not name:
-        text = f"{shown(said.plain())} is not the name of a scenario: a file or a built-in one"
-        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=said.place)])
-    base = origins[-1].base(name, said.place)
+        text = f"{shown(named.plain())} is not the name of a scenario: a file or a built-in one"
+        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=named.place)])
+    base = origins[-1].base(name, named.place)
     if base.identity in (identities := [origin.identity for origin in origins]):
-        ring = origins[identities.index(base.identity) :]
-        way = " → ".join(one_line(origin.source) for origin in (*ring, base))
-        text = f"{shown(name)} closes a circle: {way}; allowed: a scenario that is not in it"
-        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=said.place)])
+        cycle = origins[identities.index(base.identity) :]
+        path = " → ".join(one_line(origin.source) for origin in (*cycle, base))
+        text = f"{shown(name)} closes a cycle: {path}; allowed: a scenario outside of it"
+        raise InvalidScenarioError([*problems, Problem(key=KEY, text=text, place=named.place)])
     entries = {key: child for key, child in root.value.items() if key != KEY}
     return replace(root, value=entries), base
 
@@ -110,19 +110,19 @@ def _text(origin: Origin, rank: int) -> str:
 
 
 def _tree(text: str, place_at: Callable[[int | None], Place]) -> tuple[Node, list[Problem]]:
-    """The mapping that `text` is.
+    """Return the mapping in `text`, and the problems with single values.
 
-    A file that another one names may be any file that this command can read, and not its author:
-    so nothing of its text is told before it looks like a scenario.
+    A scenario can name any file that this command can read but the author of the scenario cannot.
+    So no message shows text of an extended file unless the file looks like a scenario.
     """
     root, problems = parse(text, place_at, top_level=True)
     extended = place_at(None).rank < 0
     if root is None:
         what = "empty; allowed: a mapping ({} for the defaults alone)"
     elif not isinstance(root.value, dict):
-        what = f"{kind_of(root.plain())} is not a mapping, as the top level has to be"
+        what = f"{kind_of(root.plain())} is not a mapping; the top level must be one"
     elif extended and root.value and not root.value.keys() & schema_at(())["properties"].keys():
-        what = "not a scenario: a mapping without a single key of one"
+        what = "not a scenario: it has no key of one"
     else:
         return root, problems
     known = [] if extended else problems

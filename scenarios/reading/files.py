@@ -1,4 +1,4 @@
-"""What a scenario may name files for: speed traces, samples of latency, a technology."""
+"""Reads the files that a scenario names: speed traces, latency samples, technologies."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ Change = Callable[[Node, Path], Node]
 
 
 def with_files(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[ScenarioError]]:
-    """`root` with the contents of files in place of their names, and what is wrong there.
+    """Return `root` with the contents of files in place of their names, and the errors in them.
 
-    The name of a file is relative to the file that says it, one of `origins` by what places call
-    it; that of an option is relative to the folder of the command.
+    A file name is relative to the file that contains it, which `origins` finds by the `source` of
+    the place. In an option, it is relative to the current folder.
     """
     errors: list[ScenarioError] = []
     allowance = Allowance()
 
     def filled(table: Table, section: Node, path: Path) -> Node:
-        told, wrong = table.filled(section, dotted(path), origins, allowance)
-        if wrong is not None:
-            errors.append(wrong)
-        return told
+        changed, error = table.filled(section, dotted(path), origins, allowance)
+        if error is not None:
+            errors.append(error)
+        return changed
 
     def with_latency(holder: Node, path: Path) -> Node:
         return _changed(holder, "latency", path, lambda node, at: filled(LATENCY, node, at))
@@ -46,7 +46,7 @@ def with_files(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[Sc
     def with_rules(channel: Node, path: Path) -> Node:
         return _changed(channel, "rules", path, lambda node, at: _each(node, at, with_latency))
 
-    def of_technology(channel: Node, path: Path) -> Node:
+    def with_technologies(channel: Node, path: Path) -> Node:
         return _changed(channel, "technology", path, lambda node, _: technology(node))
 
     def technology(named: Node) -> Node:
@@ -56,7 +56,7 @@ def with_files(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[Sc
             errors.append(error)
             return replace(named, value=Unreadable.UNREADABLE)
 
-    root = _changed(root, "channel", (), of_technology)
+    root = _changed(root, "channel", (), with_technologies)
     root = _changed(root, "channel", (), with_latency)
     root = _changed(root, "channel", (), with_rules)
     root = _changed(root, "events", (), lambda node, at: _each(node, at, with_points))
@@ -64,7 +64,7 @@ def with_files(root: Node, origins: Mapping[str, Origin]) -> tuple[Node, list[Sc
 
 
 def _changed(holder: Node, key: str, path: Path, change: Change) -> Node:
-    """`holder` with another entry under `key`, where it has one; `path` leads to `holder`."""
+    """Return `holder`, which is at `path`, with its entry under `key`, if any, changed."""
     if not isinstance(holder.value, dict) or key not in holder.value:
         return holder
     entry = change(holder.value[key], (*path, key))
@@ -72,7 +72,7 @@ def _changed(holder: Node, key: str, path: Path, change: Change) -> Node:
 
 
 def _each(node: Node, path: Path, change: Change) -> Node:
-    """A list with each of its entries changed; anything else as it is."""
+    """Return a list with each entry changed, and anything else as it is."""
     if not isinstance(node.value, tuple):
         return node
     entries = tuple(change(entry, (*path, index)) for index, entry in enumerate(node.value))

@@ -1,4 +1,4 @@
-"""Text of a table of numbers as cells: delimiter, comments, and what stands above the header."""
+"""Splits the text of a table into cells: delimiter, comments, and lines above the header."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Row = list[str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
-    """Rows below a header. Lines are counted from 1; `header` is stripped of blanks."""
+    """A header and the rows below it. Lines count from 1; the header's cells are stripped."""
 
     delimiter: str
     header: tuple[str, ...]
@@ -26,16 +26,16 @@ class Grid:
     lines: tuple[str, ...]
 
     def rows(self) -> Iterator[tuple[int, Row]]:
-        """The rows below the header with their lines, without blank lines and comments."""
+        """Yield the rows below the header with their lines, without blank lines and comments."""
         for line, text in enumerate(self.lines[self.header_line :], start=self.header_line + 1):
             if text.strip() and not text.lstrip().startswith(_COMMENTS):
                 yield line, cells(text, self.delimiter)
 
 
 def grid_of(text: str, is_header: Callable[[Row], bool]) -> Grid | None:
-    """The table in `text` under the first line that is a header; None where there is none.
+    """Return the table under the first line of `text` that is a header; None if there is none.
 
-    A header may stand behind a sign of comment, as numpy's savetxt writes it.
+    A header may begin with a comment sign, as numpy's savetxt writes it.
     """
     lines = _lines(text)
     for line, row_text in enumerate(lines[:_LAST_LINE_OF_A_HEADER], start=1):
@@ -48,9 +48,10 @@ def grid_of(text: str, is_header: Callable[[Row], bool]) -> Grid | None:
 
 
 def likely_header(text: str) -> tuple[int, Row] | None:
-    """The last line of several cells before a row that begins with a number, and which one it is.
+    """Return the last line of several cells before a row that begins with a number.
 
-    None where there is no such row: then the text is no table, and its words are nobody's columns.
+    The result is the number of that line and its cells. It is None if there is no such row, because
+    then the text is not a table.
     """
     best: tuple[int, Row] | None = None
     for line, row_text in enumerate(_lines(text)[:_LAST_LINE_OF_A_HEADER], start=1):
@@ -63,7 +64,7 @@ def likely_header(text: str) -> tuple[int, Row] | None:
 
 
 def cells(text: str, delimiter: str) -> Row:
-    """The cells of a line, without the blanks around them."""
+    """Return the cells of a line, stripped."""
     if '"' in text:
         row = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
     else:
@@ -72,7 +73,7 @@ def cells(text: str, delimiter: str) -> Row:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell begins as a number does."""
+    """Return whether a cell begins like a number."""
     return re.match(r"[+-]?[.,]?\d", cell) is not None
 
 

@@ -1,4 +1,4 @@
-"""Laws and estimators that a scenario names: their code is found, their parameters are checked."""
+"""Finds the code of the laws and estimators that a scenario names, and checks their parameters."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _CONTROL: Path = ("control",)
 def with_laws(
     root: Node, origins: Mapping[str, Origin], *, allow_code: bool = False
 ) -> tuple[Node, list[Problem]]:
-    """Return `root` with every law of the scenario's own looked up, and what is wrong with them.
+    """Return `root` with the laws of the scenario's own loaded, and the problems with them.
 
-    A reference gets the hash of its source, and all parameters are filled in. The code of a law is
-    run: it lies beside the scenario or in an installed package, unless `allow_code`.
+    Each reference gets the hash of its source, and all parameters are filled in. Loading a law runs
+    its code, which must lie beside the scenario or in an installed package unless `allow_code`.
     """
     problems: list[Problem] = []
     for path, key, kind in _sections(root):
@@ -63,7 +63,7 @@ def with_laws(
 
 
 def _sections(root: Node) -> Iterator[tuple[Path, str, Kind]]:
-    """Paths of the sections that may name code, the key that does, and what kind of code it is.
+    """Yield the path of each section that may name code, the key that names it, and its kind.
 
     The law of the whole fleet comes before those of groups and of the schedule.
     """
@@ -85,7 +85,7 @@ def _is_code(name: str, kind: Kind) -> bool:
 
 
 def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
-    """Where the scenario lies that names the law; that of the last one for an option."""
+    """Return the folder of the scenario that names the law; for an option, that of the last one."""
     origin = origins.get(model.place.source) or next(iter(origins.values()), None)
     if origin is None or origin.builtin:
         return FilePath()
@@ -93,18 +93,18 @@ def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
 
 
 def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
-    """Parameters where no law takes them."""
+    """Return a problem if a section has parameters but no law that takes them."""
     parameters, model = section.child("parameters"), section.child("model")
     if parameters is None or parameters.value in ({}, None):
         return []
     name = model.value if model is not None else None
     law = builtin().get(name) if isinstance(name, str) else None
     if kind is LAWS and name is not None and law is None:
-        return []  # the model is at fault, which is said where it is checked
+        return []  # the model is wrong, which is reported elsewhere
     if kind is ESTIMATORS:
-        text = "given, but Zenvoy's own estimators have none; allowed beside kind: module:attribute"
+        text = "given, but the built-in estimators have none; allowed with kind: module:attribute"
     elif law is None:
-        text = "given without a law of its own; allowed beside model: module:attribute"
+        text = "given without a law of your own; allowed with model: module:attribute"
     elif law.section is not None:
         text = f"given, but {law.name} has its parameters in control.{law.section}"
     else:
@@ -115,7 +115,7 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
 def _with_parameters(
     root: Node, path: Path, full: str, parameters: type
 ) -> tuple[Node, list[Problem]]:
-    """`root` with all parameters of a law, as given, as the whole fleet has them, or by default."""
+    """Return `root` with all parameters of a law: given here or for the whole fleet, or default."""
     section = root.find(path)
     assert section is not None
     given = section.child("parameters")
@@ -128,7 +128,7 @@ def _with_parameters(
         checked = _checked(parameters, frozen(values))
     except ValidationError as refused:
         problems = list(_problems(refused, parameters, where, root))
-        return _without(root, path), problems  # so that nobody else stumbles over them
+        return _without(root, path), problems  # so that no later check fails on them
     except LawError as error:
         problem = Problem(key=dotted(where), text=str(error), place=place)
         return _without(root, path), [problem]
@@ -166,7 +166,7 @@ def require_linear_forms(scenario: Scenario, root: Node) -> None:
 
 
 def _without(root: Node, path: Path) -> Node:
-    """`root` without the parameters in a section."""
+    """Return `root` without the parameters in a section."""
     section = root.find(path)
     assert section is not None
     if not isinstance(section.value, dict):
@@ -201,7 +201,7 @@ def _problems(
 
 
 def frozen(value: object) -> Any:
-    """The value with tuples for lists, which is what a frozen dataclass holds."""
+    """Return the value with lists replaced by tuples, for a frozen dataclass."""
     if isinstance(value, list):
         return tuple(frozen(item) for item in value)
     if isinstance(value, dict):
@@ -210,7 +210,7 @@ def frozen(value: object) -> Any:
 
 
 def as_node(value: Any, place: Any) -> Node:
-    """A plain value as a tree, all at one place."""
+    """Return a plain value as a tree, with all nodes at one place."""
     if isinstance(value, dict):
         return Node({key: as_node(item, place) for key, item in value.items()}, place)
     if isinstance(value, list | tuple):
@@ -219,7 +219,7 @@ def as_node(value: Any, place: Any) -> Node:
 
 
 def _placed_as(node: Node, given: Node) -> Node:
-    """The entries that were given at the places where they were written."""
+    """Return `node` with the entries that were given at the places where they were written."""
     if not isinstance(node.value, dict) or not isinstance(given.value, dict):
         return node
     entries = {

@@ -1,4 +1,4 @@
-"""Scenarios by path or by name: read, overridden, validated."""
+"""Loads a scenario by path or name: reads it, applies overrides and validates it."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from zenvoy.scenarios.schema.scenario import Scenario
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """A scenario, what it is called, and the text it was read from.
+    """A scenario, its name, and the text it was read from.
 
-    The text is that of its own file, without what it extends and without the overrides.
+    The text is that of its own file, without the files that it extends and without overrides.
     """
 
     name: str
     scenario: Scenario
     text: str
     notes: tuple[Problem, ...] = ()
-    """What is allowed, and hardly meant, each with its place."""
+    """Settings that are allowed but probably a mistake, each with its place."""
 
 
 def load(
@@ -43,27 +43,26 @@ def load(
     speed: float | None = None,
     allow_code: bool = False,
 ) -> Loaded:
-    """The scenario in an existing file, or else the built-in one of that name.
+    """Return the scenario in an existing file, or else the built-in one of that name.
 
-    overrides are `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3); seed,
-    duration_s, clock and speed are put in after them. The code of a law that the scenario names is
-    run if it lies beside the scenario or in an installed package, or if `allow_code`.
-    Raises UnknownScenarioError, UnreadableScenarioError or InvalidScenarioError, each a
-    ScenarioError.
+    overrides have the form `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3);
+    seed, duration_s, clock and speed apply after them. The code of a law that the scenario names
+    must lie beside the scenario or in an installed package, unless `allow_code`. Raises
+    UnknownScenarioError, UnreadableScenarioError or InvalidScenarioError, each a ScenarioError.
     """
     origin = located(name_or_path)
     files = chain(origin)
     options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
-    root, more = overridden(files.root, overrides, options)
-    root, of_spacing = with_spacing(root)
+    root, in_overrides = overridden(files.root, overrides, options)
+    root, in_spacing = with_spacing(root)
     root, errors = with_files(root, files.origins)
-    root, of_laws = with_laws(root, files.origins, allow_code=allow_code)
-    scenario = validated(root, [*files.problems, *more, *of_spacing, *of_laws], errors)
+    root, in_laws = with_laws(root, files.origins, allow_code=allow_code)
+    scenario = validated(root, [*files.problems, *in_overrides, *in_spacing, *in_laws], errors)
     require_linear_forms(scenario, root)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))
     return Loaded(name=origin.name, scenario=scenario, text=files.text, notes=notes)
 
 
 def builtin() -> list[tuple[str, str]]:
-    """Name and description of every built-in scenario, in order of name."""
+    """Return the name and description of every built-in scenario, in order of name."""
     return [(name, load(name).scenario.description) for name in packaged()]

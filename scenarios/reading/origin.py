@@ -1,4 +1,4 @@
-"""Where scenarios and what they refer to are found: as files, or inside the package."""
+"""Finds scenarios and the files that they name, on disk or inside the package."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from zenvoy.scenarios.reading.explain import nearest
 from zenvoy.scenarios.reading.library import inside, packaged
 from zenvoy.values.wording import shown
 
-_LONGEST_NAME: Final = 100  # to look for one like it takes time with its length
+_LONGEST_NAME: Final = 100  # the search for similar names takes longer for longer names
 _MOST_NEIGHBOURS: Final = 1_000
 _MOST_PARTS: Final = 1_000
 
 
 class Readable(Protocol):
-    """A file, one inside the package, or standard input."""
+    """A file, a file inside the package, or standard input."""
 
     def read_bytes(self) -> bytes:
-        """All of it; raises OSError."""
+        """Return the contents; raises OSError."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """A text that can be read: what it is called, and how messages call its source."""
+    """A text to read: its name, and the name of its source in messages."""
 
     name: str
     source: str
@@ -49,10 +49,10 @@ class Origin:
         return self.builtin, self.name if self.builtin else os.path.realpath(self.source)
 
     def text(self, rank: int = 0) -> str:
-        """Its contents, unpacked if its name ends in .gz.
+        """Return the contents, unpacked if the name ends in .gz.
 
-        `rank` is that of the places in it. Raises OSError, ValueError where it cannot be unpacked,
-        or UnreadableScenarioError where it is not UTF-8.
+        `rank` is that of the places in it. Raises OSError, ValueError if it cannot be unpacked, or
+        UnreadableScenarioError if it is not UTF-8.
         """
         data = self.entry.read_bytes()
         if self.source.endswith(".gz"):
@@ -66,7 +66,7 @@ class Origin:
             raise UnreadableScenarioError([Problem(key="", text=text, place=place)]) from None
 
     def beside(self, reference: str) -> Origin:
-        """The file that this one refers to, whether it exists or not."""
+        """Return the file that this one refers to; it need not exist."""
         if not self.builtin:
             return from_here(Path(self.source).parent / reference)
         path = PurePosixPath(self.name).parent / reference
@@ -74,9 +74,9 @@ class Origin:
         return Origin(name=path.stem, source=source, entry=inside(path), builtin=True)
 
     def base(self, reference: str, place: Place) -> Origin:
-        """The scenario that this one extends, as it says at `place`.
+        """Return the scenario that this one extends at `place`.
 
-        A file beside it, else a built-in one. Raises UnknownScenarioError.
+        It is a file beside this one, or else a built-in scenario. Raises UnknownScenarioError.
         """
         if not self.builtin and _is_file(path := Path(self.source).parent / reference):
             return from_here(path)
@@ -84,7 +84,7 @@ class Origin:
 
 
 def located(name_or_path: str | Path) -> Origin:
-    """The scenario in an existing file, else the built-in one; "-" is standard input.
+    """Return the scenario in an existing file, else the built-in one; "-" is standard input.
 
     Raises UnknownScenarioError.
     """
@@ -97,36 +97,36 @@ def located(name_or_path: str | Path) -> Origin:
 
 
 def from_here(path: str | Path) -> Origin:
-    """The file at a path from the folder of the command, whether it exists or not."""
+    """Return the file at a path relative to the current folder; it need not exist."""
     entry = RegularFile(str(path))
     return Origin(name=Path(path).stem, source=str(path), entry=entry, builtin=False)
 
 
 def origin_of(reference: str, place: Place, origins: Mapping[str, Origin]) -> Origin:
-    """The file that a value at `place` names, whether it exists or not.
+    """Return the file that a value at `place` names; it need not exist.
 
-    A name is relative to the file that says it, one of `origins` by what places call it; that of
-    an option is relative to the folder of the command.
+    The name is relative to the file that contains it, which `origins` finds by the `source` of the
+    place. In an option, it is relative to the current folder.
     """
     origin = origins.get(place.source)
     return from_here(reference) if origin is None else origin.beside(reference)
 
 
 def _unpacked(data: bytes) -> bytes:
-    """What is in a gzip file; not more than is allowed, however small the file is."""
+    """Unpack a gzip file; raises ValueError if the result exceeds the limit."""
     text = b""
     parts = 0
     while data:  # a file may have several parts
         parts += 1
         if parts > _MOST_PARTS:
-            raise ValueError(f"more than {_MOST_PARTS} parts of gzip")
+            raise ValueError(f"more than {_MOST_PARTS} gzip members")
         unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
         try:
             text += unpacker.decompress(data, LARGEST_BYTES + 1 - len(text))
         except zlib.error:
-            raise ValueError("not a file of gzip") from None
+            raise ValueError("not a gzip file") from None
         if len(text) > LARGEST_BYTES:
-            raise ValueError(f"more than {LARGEST_BYTES >> 20} MiB, the most that are allowed")
+            raise ValueError(f"larger than the limit of {LARGEST_BYTES >> 20} MiB")
         if not unpacker.eof:
             raise ValueError("its end is missing")
         data = unpacker.unused_data
@@ -134,7 +134,7 @@ def _unpacked(data: bytes) -> bytes:
 
 
 def _is_file(path: str | Path) -> bool:
-    # os.path, unlike Path, answers False to names that no file can have.
+    # os.path, unlike Path, returns False for invalid file names.
     return os.path.exists(path) and not os.path.isdir(path)
 
 
@@ -142,15 +142,15 @@ def _named(name: str, key: str, place: Place | None, *, files: bool) -> Origin:
     known = packaged()
     if name in known:
         return Origin(name=name, source=f"built-in {name}", entry=known[name], builtin=True)
-    what = "is neither a file nor a built-in scenario" if files else "is no built-in scenario"
-    # What lies beside a file that is extended is not for those to know who wrote the file.
+    what = "is neither a file nor a built-in scenario" if files else "is not a built-in scenario"
+    # The author of a scenario must not learn which files lie beside a scenario that it extends.
     hint = nearest(name[:_LONGEST_NAME], _alike(known, _beside(name) if not key else ()))
     text = f"{shown(name)} {what}; {hint}built-in: {', '.join(known)}"
     raise UnknownScenarioError([Problem(key=key, text=text, place=place)])
 
 
 def _alike(builtin: Iterable[str], beside: Iterable[str]) -> dict[str, str]:
-    """What a user may call a scenario in haste, and its name: without folder or suffix, say."""
+    """Return likely spellings of scenarios, such as without folder or suffix, and their names."""
     builtin = list(builtin)
     names = {name.rpartition("/")[2]: name for name in reversed(builtin)}
     names |= {f"{name}{suffix}": name for name in builtin for suffix in (".yaml", "")}
@@ -158,7 +158,7 @@ def _alike(builtin: Iterable[str], beside: Iterable[str]) -> dict[str, str]:
 
 
 def _beside(path: str) -> list[str]:
-    """The scenario files in the folder in which `path` is not."""
+    """Return the scenario files in the folder of `path`, which itself does not exist."""
     folder = os.path.dirname(path)
     try:
         with os.scandir(folder or ".") as entries:

@@ -1,4 +1,4 @@
-"""`key=value` settings from the command line, put into the tree of a scenario."""
+"""Applies `key=value` settings from the command line to the tree of a scenario."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from zenvoy.values.wording import dotted
 def overridden(
     root: Node, settings: Sequence[str], options: Mapping[str, int | float | str | None]
 ) -> tuple[Node, list[Problem]]:
-    """`root` with each `key=value` of `settings` put in, then each option that is not None.
+    """Return `root` with each `key=value` of `settings` applied, then each option but None.
 
-    options maps keys of the top level (seed, speed) to values. What cannot be put in is left
-    out, and reported.
+    options maps keys of the top level (seed, speed) to values. A setting that cannot be applied is
+    left out, and reported as a problem.
     """
     problems: list[Problem] = []
     for rank, setting in enumerate(settings, start=1):
@@ -36,7 +36,7 @@ def _with_setting(root: Node, setting: str, place: Place) -> tuple[Node, list[Pr
     key, equals, text = setting.partition("=")
     path = tuple(step.strip() for step in key.split("."))
     if not equals or not all(path) or len(path) > DEEPEST:
-        what = "not of the form key=value, for instance channel.loss.p=0.3"
+        what = "not of the form key=value, such as channel.loss.p=0.3"
         return root, [Problem(key="", text=what, place=place)]
     if path[0] == "extends":
         what = "cannot be set; allowed in a file only"

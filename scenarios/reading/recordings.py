@@ -1,4 +1,4 @@
-"""Speeds over time out of tables as others publish them: drive cycles and recorded drives."""
+"""Reads speeds over time from published tables: drive cycles and recorded drives."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from zenvoy.values.wording import listed, shown
 _NUMBER: Final = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 _DATE: Final = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)
 _MISSING: Final = frozenset({"", "nan", "na", "n/a", "null", "none"})
-_STANDSTILL_MPS: Final = -0.5  # sensors of speed err by less than this when a vehicle stands
+_STANDSTILL_MPS: Final = -0.5  # the error of a speed sensor at standstill is smaller
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """A speed over time, as read: (s, m/s), with the line of each point, and how it was read.
+    """A speed over time: points of (s, m/s), the line of each point, and how they were read.
 
-    missing: rows without a speed, which were left out; longest_gap_s: between two points around
-    such rows; raised: rows whose speed, a little below 0, was taken to be 0.
+    missing counts rows without a speed, which are left out; longest_gap_s is the longest time
+    between two points around such rows. raised counts rows whose speed was slightly below 0 and is
+    taken to be 0. others counts rows that `where` leaves out.
     """
 
     points: tuple[tuple[float, float], ...]
@@ -45,7 +46,7 @@ class Recording:
 
 
 def recording(text: str, choice: Choice) -> Recording:
-    """The speed over time in the text of a table. Raises RecordingError."""
+    """Return the speed over time in the text of a table; raises RecordingError."""
     grid = grid_of(text, lambda row: columns_of(row, choice) is not None)
     if grid is None:
         raise no_header(text, choice)
@@ -62,21 +63,21 @@ class _Reader:
         self._time_index, self._index = time_index, index
         self._rows = list(grid.rows())
         self._problems: list[tuple[int | None, str, str]] = []
-        self._signs: dict[str, str] = {}  # of decimals, by column, once a number has any
+        self._decimal_signs: dict[str, str] = {}  # by column, from the first number with decimals
 
     def read(self) -> Recording:
-        """All of it; raises RecordingError with everything that is wrong."""
+        """Read the whole table; raises RecordingError with all problems."""
         header, choice = self._grid.header, self._choice
         time_name, name = header[self._time_index], header[self._index]
         time_unit, unit = self._units()
-        whose = self._whose()
+        wanted = self._wanted_cells()
         self._refuse()
-        rows = [(line, row) for line, row in self._rows if self._is_whole(line, row)]
-        mine = [(line, row) for line, row in rows if self._is_of(whose, row)]
-        if not mine and not self._problems:
-            what = "no row has these values" if whose else "no row is below the header"
-            self._problems.append((self._grid.header_line, "where" if whose else "", what))
-        read = [point for line, row in mine if (point := self._point(line, row))]
+        rows = [(line, row) for line, row in self._rows if self._is_complete(line, row)]
+        chosen = [(line, row) for line, row in rows if self._matches(wanted, row)]
+        if not chosen and not self._problems:
+            what = "no row has these values" if wanted else "there is no row below the header"
+            self._problems.append((self._grid.header_line, "where" if wanted else "", what))
+        read = [point for line, row in chosen if (point := self._point(line, row))]
         self._refuse()
         present = [(line, time, speed) for line, time, speed in read if speed is not None]
         dates = any(isinstance(time, datetime) for _, time, _ in present)
@@ -98,7 +99,7 @@ class _Reader:
             missing=len(read) - len(present),
             longest_gap_s=_longest_gap(read, lines, times),
             raised=raised,
-            others=len(rows) - len(mine),
+            others=len(rows) - len(chosen),
         )
 
     def _refuse(self) -> None:
@@ -106,38 +107,39 @@ class _Reader:
             raise RecordingError(self._problems)
 
     def _units(self) -> tuple[str, str]:
-        """Of times, s unless something else is said; of speeds, which must be said."""
-        said: list[str | None] = [None, None]
+        """Return the units of times, by default s, and of speeds, which has no default."""
+        below: list[str | None] = [None, None]
         if self._rows:  # the row below the header may hold the units
             row = self._rows[0][1]
-            said = [
+            below = [
                 unit_named(row[index], units) if index < len(row) else None
                 for index, units in ((self._time_index, TIMES), (self._index, SPEEDS))
             ]
-            if all(said):
+            if all(below):
                 del self._rows[0]
         header = self._grid.header
-        time_unit = self._choice.time_unit or said[0]
+        time_unit = self._choice.time_unit or below[0]
         time_unit = time_unit or split_header(header[self._time_index], TIMES)[1] or "s"
-        unit = self._choice.unit or said[1] or split_header(header[self._index], SPEEDS)[1]
+        unit = self._choice.unit or below[1] or split_header(header[self._index], SPEEDS)[1]
         if unit is None:
             name = shown(header[self._index])
             text = f"not given, and {name} names no unit; allowed: one of {', '.join(SPEEDS)}"
             self._problems.append((self._grid.header_line, "unit", text))
         return time_unit, unit or "m/s"
 
-    def _whose(self) -> dict[int, str]:
-        """The values that count, by index of the column."""
-        whose = {}
+    def _wanted_cells(self) -> dict[int, str]:
+        """Return the values of `where` by index of the column."""
+        wanted = {}
         for name, value in self._choice.where.items():
             if self._grid.header.count(name) != 1:
-                text = f"{shown(name)} is no column; allowed: one of {listed(self._grid.header)}"
+                columns = listed(self._grid.header)
+                text = f"{shown(name)} is not a column; allowed: one of {columns}"
                 self._problems.append((self._grid.header_line, "where", text))
             else:
-                whose[self._grid.header.index(name)] = value
-        return whose
+                wanted[self._grid.header.index(name)] = value
+        return wanted
 
-    def _is_whole(self, line: int, row: Row) -> bool:
+    def _is_complete(self, line: int, row: Row) -> bool:
         width = len(self._grid.header)
         while len(row) > width and not row[-1]:
             row.pop()
@@ -148,11 +150,11 @@ class _Reader:
         return False
 
     @staticmethod
-    def _is_of(whose: Mapping[int, str], row: Row) -> bool:
-        return all(row[index] == value for index, value in whose.items())
+    def _matches(wanted: Mapping[int, str], row: Row) -> bool:
+        return all(row[index] == value for index, value in wanted.items())
 
     def _point(self, line: int, row: Row) -> tuple[int, str | datetime, str | None] | None:
-        """Time and speed as written, with a decimal point; a speed that is missing is None."""
+        """Return line, time and speed as text with a decimal point; a missing speed is None."""
         at, speed = row[self._time_index], row[self._index]
         header = self._grid.header
         time = self._date(at) or self._number(line, header[self._time_index], at)
@@ -177,8 +179,9 @@ class _Reader:
             self._problems.append((line, "", f"{name}: {shown(cell)} is not a number"))
             return None
         sign = "," if comma else "." if "." in cell else ""
-        if sign and self._signs.setdefault(name, sign) != sign:  # of thousands, perhaps
-            text = f"{name}: {shown(cell)} has {sign!r} where others have {self._signs[name]!r}"
+        other = self._decimal_signs.setdefault(name, sign) if sign else sign
+        if other != sign:  # it may be a thousands separator
+            text = f"{name}: {shown(cell)} has {sign!r} where others have {other!r}"
             self._problems.append((line, "", text))
             return None
         return cell.replace(",", ".") if comma else cell
@@ -190,7 +193,7 @@ class _Reader:
         *,
         from_first: bool,
     ) -> list[float]:
-        """In s, from the first one on if so wished."""
+        """Return the times in s, as given or from the first one on."""
         given = [time for _, time, _ in present]
         if any(isinstance(time, datetime) for time in given):
             return self._dates(present, from_first=from_first)
@@ -202,7 +205,7 @@ class _Reader:
     def _dates(
         self, present: Sequence[tuple[int, str | datetime, object]], *, from_first: bool
     ) -> list[float]:
-        """Seconds between dates are exact to the microsecond."""
+        """Return the seconds from the first date on, exact to the microsecond."""
         if not from_first:
             text = "as-given, but the times are dates; allowed: from-first"
             self._problems.append((present[0][0], "time", text))
@@ -221,14 +224,14 @@ class _Reader:
     def _speeds(
         present: Sequence[tuple[int, object, str | None]], ratio: Ratio
     ) -> tuple[list[float], int]:
-        """In m/s, and how many were a little below 0."""
+        """Return the speeds in m/s, and how many were slightly below 0."""
         speeds = [_scaled(speed, ratio) for _, _, speed in present if speed is not None]
         raised = sum(_STANDSTILL_MPS <= speed < 0.0 for speed in speeds)
         return [0.0 if _STANDSTILL_MPS <= speed < 0.0 else speed for speed in speeds], raised
 
 
 def _between(first: str | datetime, time: str | datetime) -> timedelta | None:
-    """The time from one date to another; None if one is no date, or one alone has a time zone."""
+    """Return the time between two dates; None if one is not a date, or only one has a time zone."""
     if not (isinstance(first, datetime) and isinstance(time, datetime)):
         return None
     if (first.utcoffset() is None) != (time.utcoffset() is None):
@@ -237,7 +240,7 @@ def _between(first: str | datetime, time: str | datetime) -> timedelta | None:
 
 
 def _scaled(cell: str, ratio: Ratio) -> float:
-    """A number times a ratio, rounded once."""
+    """Return a number times a ratio, rounded once."""
     if ratio[0] == ratio[1]:
         return float(cell)
     return float(Decimal(cell) * ratio[0] / ratio[1])
@@ -246,7 +249,7 @@ def _scaled(cell: str, ratio: Ratio) -> float:
 def _longest_gap(
     read: Sequence[tuple[int, object, str | None]], lines: Sequence[int], times: Sequence[float]
 ) -> float:
-    """Longest time between two points that have rows without a speed between them, s."""
+    """Return the longest time between two points around rows without a speed, s."""
     missing = {line for line, _, speed in read if speed is None}
     if not missing:
         return 0.0

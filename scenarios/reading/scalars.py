@@ -1,4 +1,4 @@
-"""Single values of YAML 1.2: what the text of a scalar stands for."""
+"""Converts scalars of YAML 1.2 from text to values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TAG = "tag:yaml.org,2002:"
 
 
 def scalar(node: YamlNode) -> Scalar:
-    """The value of `node`. Raises ValueError, saying what is wrong and what is allowed."""
+    """Return the value of `node`; raises ValueError with what is wrong and what is allowed."""
     tag = (node.tag or "!").replace(_TAG, "!!")
     read = _READERS.get(tag) if isinstance(node, ScalarNode) else None
     if read is None:
@@ -23,12 +23,12 @@ def scalar(node: YamlNode) -> Scalar:
 
 
 def text(value: str) -> str:
-    """`value` itself. Raises ValueError if it cannot be written as UTF-8."""
+    """Return `value` itself; raises ValueError if it cannot be encoded as UTF-8."""
     try:
         value.encode()
     except UnicodeEncodeError:
         raise ValueError(
-            f"{shown(value)} is not text; half a surrogate pair is no character"
+            f"{shown(value)} is not text; half a surrogate pair is not a character"
         ) from None
     return value
 
@@ -69,5 +69,5 @@ _READERS: dict[str, Callable[[str], Scalar]] = {
     "!!str": text,
 }
 _ALLOWED_TAGS = ", ".join(_READERS)
-# YAML 1.2 knows no dates, merge keys or default values; what looks like one is text.
+# YAML 1.2 has no dates, merge keys or default values, so a scalar that looks like one is text.
 _READERS |= {"!!timestamp": text, "!!merge": text, "!!value": text}

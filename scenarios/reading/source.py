@@ -1,4 +1,4 @@
-"""YAML 1.2 text as a tree of values with their places."""
+"""Parses YAML 1.2 into a tree of values with their places."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from zenvoy.values.wording import dotted, one_line
 
 PlaceAt = Callable[[int | None], Place]
 
-# No setting lies deeper than a few levels; aliases can make any file infinitely deep.
+# Settings are at most a few levels deep, but aliases can make a file infinitely deep.
 DEEPEST = 50
-# Aliases count as often as they are used, or a few lines could stand for billions of values.
+# Every use of an alias counts, because a few lines with aliases can expand to billions of values.
 _MOST_VALUES = 200_000
 
 _MERGE: Final = "tag:yaml.org,2002:merge"
-# Keys of the top level that are a user's own: a place for anchors.
-_ASIDE: Final = "x-"
+# Prefix of the user's own keys at the top level, which may hold anchors.
+_OWN_KEY: Final = "x-"
 _QUOTED: Final = re.compile(r"""\"[^\"]*\"|'[^']*'""")
 
 
 def parse(
     text: str, place_at: PlaceAt, path: Path = (), *, top_level: bool = False
 ) -> tuple[Node | None, list[Problem]]:
-    """The tree of `text`, None if it is empty, and what is wrong with single values of it.
+    """Return the tree of `text`, None if it is empty, and the problems with single values.
 
-    place_at turns a line, counted from 1, into a place; `path` leads to the value that `text`
-    stands for. Of a `top_level`, keys that begin with x- are left out. Raises
-    UnreadableScenarioError if `text` is no YAML document at all.
+    place_at turns a line, counted from 1, into a place; `path` is that of the value in `text`. At
+    the `top_level`, keys that begin with x- are left out. Raises UnreadableScenarioError if `text`
+    is not a YAML document.
     """
     builder = _Builder(place_at, top_level)
     yaml = YAML(typ="safe", pure=True)
@@ -58,7 +58,7 @@ def parse(
 
 
 def _too_much(what: str, most: int, place: Place) -> UnreadableScenarioError:
-    text = f"more than {most} {what}, the most that are allowed"
+    text = f"more than the limit of {most} {what}"
     return UnreadableScenarioError([Problem(key="", text=text, place=place)])
 
 
@@ -66,7 +66,7 @@ def _syntax_problem(error: YAMLError, text: str, place_at: PlaceAt) -> Problem:
     line, what = None, str(error)
     if isinstance(error, MarkedYAMLError):
         what = ", ".join(filter(None, (error.context, error.problem)))
-        if place_at(None).rank < 0:  # which may be any file: none of its text is told
+        if place_at(None).rank < 0:  # it may be any file, so show none of its text
             what = _QUOTED.sub(lambda quoted: quoted[0] if _is_syntax(quoted[0]) else "…", what)
         line = error.problem_mark.line + 1 if error.problem_mark else None
     elif isinstance(error, ReaderError):
@@ -76,16 +76,16 @@ def _syntax_problem(error: YAMLError, text: str, place_at: PlaceAt) -> Problem:
 
 
 def _is_syntax(quoted: str) -> bool:
-    """Whether what a message quotes is a sign or a token such as <stream end>, and no text."""
+    """Return whether a quotation is a sign or a token such as <stream end>, not text."""
     return len(quoted) == 3 or quoted[1] == "<"
 
 
 class _TooManyNodesError(Exception):
-    """A document has more nodes than there can be values and keys."""
+    """A document has more nodes than the limits on values and keys allow."""
 
 
 class _CountingComposer(Composer):
-    """Ends early: to read ten million values only to refuse them takes minutes."""
+    """Stops at the limit of nodes: reading ten million values would take minutes."""
 
     _nodes = 0
 
@@ -97,7 +97,7 @@ class _CountingComposer(Composer):
 
 
 class _Builder:
-    """Turns YAML nodes into ours, and collects what is wrong on the way."""
+    """Turns YAML nodes into nodes with places, and collects the problems."""
 
     def __init__(self, place_at: PlaceAt, top_level: bool) -> None:
         self.problems: list[Problem] = []
@@ -143,21 +143,21 @@ class _Builder:
             elif is_merge:
                 merges.append(place)
                 merged = self._merged(value, (*path, key), place)
-            elif not (self._top_level and not path and key.startswith(_ASIDE)):
+            elif not (self._top_level and not path and key.startswith(_OWN_KEY)):
                 entries[key] = self.node(value, (*path, key), place)
         return merged | entries
 
     def _merged(self, source: YamlNode, path: Path, place: Place) -> dict[str, Node]:
-        """What `<<` puts in: the keys of a mapping, or of several, of which the first counts."""
+        """Return the entries that `<<` merges in: of several mappings, the first has priority."""
         is_list = isinstance(source, SequenceNode)
         mappings = source.value if is_list else [source]
         if not all(isinstance(mapping, MappingNode) for mapping in mappings):
-            text = "not a mapping, nor a list of mappings, as what << puts in has to be"
+            text = "neither a mapping nor a list of mappings; << merges nothing else"
             self._refuse(path, text, place)
             return {}
         entries: dict[str, Node] = {}
         for mapping in mappings:
-            # `path` grows though the keys are not deeper: a mapping may put in itself.
+            # `path` grows although the keys are no deeper, because a mapping may merge itself.
             node = self.node(mapping, path, place)
             entries = (node.value if isinstance(node.value, dict) else {}) | entries
         return entries
@@ -170,7 +170,7 @@ class _Builder:
 
 
 def _key(node: YamlNode) -> str:
-    """The key as written (1 and true are the texts "1" and "true"), or ValueError."""
+    """Return a key as text (1 and true are "1" and "true"); raises ValueError."""
     if isinstance(node.value, str):
         return scalars.text(node.value)
-    raise ValueError("a key is a list or a mapping; allowed: a text")
+    raise ValueError("a key is a list or a mapping; allowed: text")

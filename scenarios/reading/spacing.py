@@ -1,4 +1,4 @@
-"""Spacing from bumper to bumper, kept as what all else counts with: from front to front."""
+"""Converts spacing from bumper to bumper into spacing from front to front."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _SECTIONS: Final = (
     (("fleet", "groups"), DESIRED_GAP),
     (("control", "schedule"), DESIRED_GAP),
 )
-_LENGTH_M: Final = 5.0  # fleet.length_m where a scenario does not say it
+_LENGTH_M: Final = 5.0  # the default of fleet.length_m
 
 
 def with_spacing(root: Node) -> tuple[Node, list[Problem]]:
-    """`root` with every spacing from front to front, and what is wrong with those that were not.
+    """Return `root` with every spacing from front to front, and the problems with the others.
 
-    Of the two ways to say one, the one that is written later counts: in a scenario over what it
-    extends, on the command line over the file. Both in one place are refused.
+    If both forms are given, the later one counts: a scenario over the one that it extends, the
+    command line over the file. Both forms in one place are refused.
     """
     problems: list[Problem] = []
     length_m = _number(root.find(("fleet", "length_m"))) or _LENGTH_M
@@ -51,7 +51,7 @@ def with_spacing(root: Node) -> tuple[Node, list[Problem]]:
 def _filled(
     section: Node, key: str, names: tuple[str, str], length_m: float
 ) -> tuple[Node, Problem | None]:
-    """A section with the spacing from front to front, and what is wrong with the other one."""
+    """Return a section with the spacing from front to front, and the problem with the other."""
     if not isinstance(section.value, dict) or names[0] not in section.value:
         return section, None
     bumper, front = section.value[names[0]], section.value.get(names[1])
@@ -60,7 +60,7 @@ def _filled(
     if front is not None and front.place.rank > bumper.place.rank:
         return replace(section, value=rest), None
     if front is not None and front.place.rank == bumper.place.rank:
-        wrong = f"given beside {names[1]}; allowed: one of both"
+        wrong = f"given together with {names[1]}; allowed: one of the two"
     elif value is None:
         wrong = f"{shown(bumper.plain())} is not a number"
     elif not 0.0 < value <= LARGEST:

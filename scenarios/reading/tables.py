@@ -1,4 +1,4 @@
-"""Tables of numbers in CSV files that stand in place of a list in a scenario."""
+"""Reads tables of numbers from CSV files, which a scenario may name instead of a list."""
 
 from __future__ import annotations
 
@@ -27,37 +27,37 @@ _MOST_CHARACTERS: Final = 2 * LARGEST_BYTES
 
 
 class Allowance:
-    """How much text may still be read from tables: one file may be named twenty thousand times."""
+    """A budget of text from tables: a scenario may name one file twenty thousand times."""
 
     def __init__(self) -> None:
         self._left = _MOST_CHARACTERS
 
     def take(self, characters: int) -> None:
-        """Raises ValueError where it is used up."""
+        """Use up some of the budget; raises ValueError if it is exceeded."""
         self._left -= characters
         if self._left < 0:
             raise ValueError(f"more than {_MOST_CHARACTERS >> 20} MiB in all tables together")
 
 
 class Reader(Protocol):
-    """Reads the text of a file as the list that it stands for."""
+    """Reads the text of a file as a list."""
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What a section may say of the file, beside its name."""
+        """Keys of a section that say how to read the file."""
         ...
 
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
-        """The list in `text`, each entry with its place in the file, of which `top` is the whole.
+        """Return the list in `text`, each entry with its place; `top` is that of the file.
 
-        `key` is that of the section. Raises ScenarioError, or ValueError where it is no such file.
+        `key` is that of the section. Raises ScenarioError, or ValueError for another kind of file.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """What a section may give as a list under `entry`, or in a `file`."""
+    """A list that a section has under `entry`, or in a `file`."""
 
     entry: str
     reader: Reader
@@ -66,10 +66,10 @@ class Table:
     def filled(
         self, section: Node, key: str, origins: Mapping[str, Origin], allowance: Allowance
     ) -> tuple[Node, ScenarioError | None]:
-        """The section with its list, as given or as read, and what is wrong there.
+        """Return the section with its list, as given or as read, and the error if there is one.
 
-        A file's name is relative to the file that says it, one of `origins` by what places call
-        it; that of an option to the folder of the command.
+        A file name is relative to the file that contains it, which `origins` finds by the `source`
+        of the place. In an option, it is relative to the current folder.
         """
         if not isinstance(section.value, dict):
             return section, None
@@ -88,11 +88,11 @@ class Table:
     def _rows_of(
         self, section: Node, key: str, origins: Mapping[str, Origin], allowance: Allowance
     ) -> Node:
-        """The list, as given or as read; raises ScenarioError."""
+        """Return the list, as given or as read; raises ScenarioError."""
         file, given = section.child("file"), section.child(self.entry)
         options = {name: n for name in self.reader.options if (n := section.child(name))}
         if file is None and given is None:
-            text = f"neither file nor {self.entry} is given; allowed: one of both"
+            text = f"neither file nor {self.entry} is given; allowed: one of the two"
             raise _refused(key, text, section.place)
         if file is None or (given is not None and given.place.rank > file.place.rank):
             assert given is not None
@@ -101,7 +101,7 @@ class Table:
                 raise _refused(f"{key}.{name}", "given without a file; allowed: none", node.place)
             return given
         if given is not None and given.place.rank == file.place.rank:
-            text = f"given beside {self.entry}; allowed: one of both"
+            text = f"given together with {self.entry}; allowed: one of the two"
             raise _refused(f"{key}.file", text, file.place)
         if file.value is Unreadable.UNREADABLE:
             return file
@@ -119,7 +119,7 @@ class Table:
         options: Mapping[str, Node],
         allowance: Allowance,
     ) -> Node:
-        """The rows in a file named at a place, each with its own; raises ScenarioError."""
+        """Return the rows of the file that is named at a place; raises ScenarioError."""
         top = Place(source=origin.source, rank=named.rank)
         try:
             text = origin.text(named.rank)
@@ -136,30 +136,32 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Reads a CSV file with just one column, of numbers, under a header that is given."""
+    """Reads a CSV file with one column of numbers under a given header."""
 
     header: str
 
     @property
     def options(self) -> tuple[str, ...]:
-        """None."""
+        """There are no options."""
         return ()
 
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
-        """The numbers, as `Reader` has it."""
+        """Return the numbers; see `Reader`."""
         header, *rows = _rows(text, top)
         if ",".join(cell.strip() for cell in header[0]) != self.header:
-            # This may be any file: nothing of its text is told.
+            # It may be any file, so show none of its text.
             what = f"not a table of numbers under the header {self.header}"
             raise _refused(f"{key}.file", what, header[1])
-        said = [(place, found) for row, place in rows for found in self._of_row(row)]
-        if said:
-            raise InvalidScenarioError(
-                Problem(key=f"{key}.file", text=found, place=place) for place, found in said
-            )
+        problems = [
+            Problem(key=f"{key}.file", text=text, place=place)
+            for row, place in rows
+            for text in self._faults(row)
+        ]
+        if problems:
+            raise InvalidScenarioError(problems)
         return Node(tuple(Node(float(cell), place) for (cell,), place in rows), top)
 
-    def _of_row(self, row: list[str]) -> list[str]:
+    def _faults(self, row: list[str]) -> list[str]:
         if len(row) != 1:
             return [f"a row of {len(row)} is not a row of 1, {self.header}"]
         if not _NUMBER.fullmatch(row[0].strip()):
@@ -168,7 +170,7 @@ class Numbers:
 
 
 def _rows(text: str, top: Place) -> list[tuple[list[str], Place]]:
-    """The rows with their places: the header, and what is not blank."""
+    """Return the header and all rows that are not blank, with their places."""
     reader = csv.reader(StringIO(text.removeprefix("\ufeff"), newline=""))
     header = next(reader, [])
     rows = ((row, replace(top, line=reader.line_num)) for row in reader)

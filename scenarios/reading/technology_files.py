@@ -1,4 +1,4 @@
-"""A technology in a YAML file of a user's own."""
+"""Reads a technology from a user's own YAML file."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def technology_in(path: str) -> Technology:
 
 
 def with_technology(named: Node, origins: Mapping[str, Origin]) -> Node:
-    """Return the values of a technology that is named by its file; any other node as it is.
+    """Return the values of a technology that is named by its file, and any other node as it is.
 
-    A text means a file where it has the suffix of one, or a slash. Raises ScenarioError.
+    Text with a slash, or with the suffix of a YAML file, names a file. Raises ScenarioError.
     """
     name = named.value
     if not isinstance(name, str) or not ("/" in name or name.endswith(_SUFFIXES)):
@@ -43,8 +43,8 @@ def with_technology(named: Node, origins: Mapping[str, Origin]) -> Node:
 
 
 def _tree(origin: Origin, reference: str, place: Place) -> Node:
-    """The values in a file that a reference at a place names; raises ScenarioError."""
-    rank = place.rank - 1  # applies before the file that names it, as what is extended does
+    """Return the values in the file that a reference at a place names; raises ScenarioError."""
+    rank = place.rank - 1  # it applies before the file that names it, like an extended scenario
 
     def place_at(line: int | None) -> Place:
         return Place(source=origin.source, line=line, rank=rank)
@@ -59,10 +59,10 @@ def _tree(origin: Origin, reference: str, place: Place) -> Node:
         text = f"{shown(reference)} cannot be read: {why}"
         raise InvalidScenarioError([Problem(key=_KEY, text=text, place=place)]) from None
     keys = Technology.model_fields
-    # A scenario may name any file that this command can read, also one that its author cannot: so
-    # no message shows text of the file before it looks like a technology.
+    # A scenario can name any file that this command can read but its author cannot. So no message
+    # shows text of the file unless it looks like a technology.
     if root is None or not isinstance(root.value, dict) or not root.value.keys() & keys.keys():
-        text = f"not a technology: a mapping with keys of {', '.join(keys)}"
+        text = f"not a technology, which is a mapping with keys of {', '.join(keys)}"
         raise InvalidScenarioError([Problem(key=_KEY, text=text, place=place_at(None))])
     if problems:
         raise InvalidScenarioError(problems)

@@ -1,4 +1,4 @@
-"""The points of a trace out of a file, read as the scenario or the command line says."""
+"""Reads the points of a trace from a file, with the options of a scenario or the command line."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class TraceFile:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """How to read it."""
+        """Keys of the options for reading the file."""
         return tuple(READERS)
 
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
-        """Points of [time_s, speed_mps], as `Reader` has it."""
+        """Return points of [time_s, speed_mps]; see `Reader`."""
         values = {name: node.plain() for name, node in options.items()}
         places = {name: node.place for name, node in options.items()}
         read = _recording(text, top, f"{key}.", values, places)
@@ -39,7 +39,7 @@ class TraceFile:
 
 
 def read_trace(path: Path, options: Mapping[str, object]) -> Recording:
-    """The recording in a file, read and checked as a trace with these options would be.
+    """Return the recording in a file, read and checked like a trace with these options.
 
     Raises InvalidScenarioError; the keys of its problems are names of options, "file" or "points".
     """
@@ -69,9 +69,10 @@ def _recording(
     options: Mapping[str, object],
     places: Mapping[str, Place],
 ) -> Recording:
-    """Raises InvalidScenarioError with all that is wrong with the options, or else with the text.
+    """Return the recording in the text of a file.
 
-    Keys have the prefix. `places` are those of the options; without, they have none.
+    Raises InvalidScenarioError with all problems of the options, or else of the text. Their keys
+    have the prefix; `places` has the places of the options, if any.
     """
     choice, problems = {}, []
     for name, value in options.items():

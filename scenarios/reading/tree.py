@@ -1,4 +1,4 @@
-"""The values of a scenario file, each with the place where it was written."""
+"""A tree of the values of a scenario file, each with the place where it was written."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Path = tuple[str | int, ...]
 
 
 class Unreadable(Enum):
-    """Stands where a value could not be read; the problem is reported already."""
+    """Replaces a value that could not be read; the problem is reported already."""
 
     UNREADABLE = "unreadable"
 
@@ -29,7 +29,7 @@ class Node:
     place: Place
 
     def plain(self) -> object:
-        """The value without places: a dict, a list or a Scalar."""
+        """Return the value without places: a dict, a list or a Scalar."""
         match self.value:
             case dict() as entries:
                 return {key: child.plain() for key, child in entries.items()}
@@ -39,7 +39,7 @@ class Node:
                 return scalar
 
     def child(self, step: str | int) -> Node | None:
-        """The entry of a mapping by key, of a list by index; None where there is none."""
+        """Return the entry of a mapping by key or of a list by index; None if there is none."""
         if isinstance(self.value, dict):
             return self.value.get(str(step))
         if isinstance(self.value, tuple) and str(step).isdecimal() and int(step) < len(self.value):
@@ -47,14 +47,14 @@ class Node:
         return None
 
     def find(self, path: Iterable[str | int]) -> Node | None:
-        """The node at the end of `path`; None where the path does not lead to one."""
+        """Return the node at `path`; None if there is none."""
         node: Node | None = self
         for step in path:
             node = node.child(step) if node else None
         return node
 
     def place_of(self, path: Iterable[str | int]) -> Place:
-        """The place of the last node along `path` that exists."""
+        """Return the place of the last node along `path` that exists."""
         node = self
         for step in path:
             child = node.child(step)
@@ -65,9 +65,10 @@ class Node:
 
 
 def planted(root: Node, path: tuple[str, ...], new: Node) -> Node:
-    """`root` with `new` at `path`. Missing mappings are made; the index after the last adds one.
+    """Return `root` with `new` at `path`.
 
-    Raises InvalidScenarioError if the path leads through something else than mappings and lists.
+    Missing mappings are made, and the index after the last adds an entry to a list. Raises
+    InvalidScenarioError if the path leads through a value that is neither a mapping nor a list.
     """
     return _planted(root, (), path, new)
 

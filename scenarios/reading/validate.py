@@ -1,4 +1,4 @@
-"""From a tree of values to a Scenario, or to everything that is wrong with it."""
+"""Turns a tree of values into a Scenario, or into all the problems with it."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from zenvoy.scenarios.schema.scenario import Scenario
 def validated(
     root: Node, known: Sequence[Problem] = (), errors: Sequence[ScenarioError] = ()
 ) -> Scenario:
-    """The scenario that `root`, a mapping, describes.
+    """Return the scenario that `root`, a mapping, describes.
 
-    Raises InvalidScenarioError with every problem, and with those that are known already.
+    Raises InvalidScenarioError with every problem, including those that are known already.
     """
     problems = [*known, *(problem for error in errors for problem in error.problems)]
     more = sum(error.more for error in errors)
@@ -43,24 +43,25 @@ def validated(
 
 
 def placed(notes: Iterable[Problem], root: Node) -> Iterator[Problem]:
-    """Each with the place of what brought it about."""
+    """Return each note with the place of the value that causes it."""
     return (_placed(note, root) for note in notes)
 
 
 def _problems(errors: list[ErrorDetails], root: Node) -> tuple[list[Problem], int]:
-    """What is wrong, in order of the places of single values; and how many more there are.
+    """Return the problems, up to the limit in order of their places, and the number of others.
 
-    A mistake that a program makes is made thousands of times, and each takes time to explain.
+    A file written by a program may repeat an error thousands of times, and each explanation takes
+    time.
     """
     if found := _disagreements(errors):
         return [_placed(problem, root) for problem in found], 0
     refusals = [refusal(error) for error in errors]
-    told = [refused for refused in refusals if not is_reported(refused)]
-    if len(told) > MOST_PROBLEMS:
-        told.sort(key=lambda refused: order_of(root.place_of(refused.path)))
-        first = [explained(refused, root) for refused in told[:MOST_PROBLEMS]]
-        return first, len(told) - MOST_PROBLEMS
-    problems = [explained(refused, root) for refused in told]
+    unreported = [refused for refused in refusals if not is_reported(refused)]
+    if len(unreported) > MOST_PROBLEMS:
+        unreported.sort(key=lambda refused: order_of(root.place_of(refused.path)))
+        first = [explained(refused, root) for refused in unreported[:MOST_PROBLEMS]]
+        return first, len(unreported) - MOST_PROBLEMS
+    problems = [explained(refused, root) for refused in unreported]
     bad = {tuple(map(str, refused.path)) for refused in refusals}
     for problem in _disagreements(_errors(_repaired(root, refusals))):
         if not any(_within(key, bad) for key in (problem.key, *problem.related)):
@@ -82,7 +83,7 @@ def _errors(plain: object) -> list[ErrorDetails]:
 
 
 def _repaired(root: Node, refusals: list[Refusal]) -> object:
-    """The values with stand-ins for the refused ones: only so does pydantic compare sections."""
+    """Return the values with stand-ins for the refused ones, so that pydantic compares sections."""
     plain = root.plain()
     for path, kind, _, schema in refusals:
         *parents, last = path
@@ -91,7 +92,7 @@ def _repaired(root: Node, refusals: list[Refusal]) -> object:
             holder = holder[step]
         if kind == "extra_forbidden":
             del holder[last]
-        elif isinstance(holder, list) and last == len(holder):  # an entry that is missing
+        elif isinstance(holder, list) and last == len(holder):  # the entry is missing
             holder.append(stand_in(schema))
         else:
             holder[last] = stand_in(schema)
@@ -104,7 +105,7 @@ def _within(key: str, bad: set[tuple[str, ...]]) -> bool:
 
 
 def _placed(problem: Problem, root: Node) -> Problem:
-    """`problem` at the option that brought it about, else at the first of its keys in the file."""
+    """Return `problem` at the option that causes it, else at the first of its keys in the file."""
     nodes = [root.find(key.split(".")) for key in (problem.key, *problem.related)]
     written = [node.place for node in nodes if node]
     place = max(written, key=lambda place: place.rank, default=root.place)

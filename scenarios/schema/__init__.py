@@ -1,1 +1,1 @@
-"""What a scenario may say: typed sections, checks across them, and what follows from them."""
+"""The schema of a scenario: typed sections, checks across them, and derived values."""

@@ -1,4 +1,4 @@
-"""Checks across sections: values that are fine alone and impossible together."""
+"""Checks across sections: values that are valid alone but not together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NS_PER_S = 1_000_000_000
 
 
 class DisagreementError(ValueError):
-    """Raised inside the validation of a Scenario; pydantic wraps it in its ValidationError."""
+    """Values disagree. It is raised while a Scenario is validated; pydantic wraps it."""
 
     def __init__(self, problems: list[Problem]) -> None:
         self.problems = problems
@@ -32,7 +32,7 @@ class DisagreementError(ValueError):
 
 
 def disagreements(scenario: Scenario) -> list[Problem]:
-    """Every disagreement between values of `scenario`, without places."""
+    """Return every disagreement between values of `scenario`, without places."""
     return [
         *_lengths(scenario),
         *_ring(scenario),
@@ -54,7 +54,7 @@ def refuse_disagreements(scenario: Scenario) -> None:
 
 
 def _lengths(scenario: Scenario) -> Iterator[Problem]:
-    """Gaps are measured from front to front: one of a vehicle's length is a collision."""
+    """Check that gaps, which are from front to front, exceed the length of a vehicle."""
     length_m = scenario.fleet.length_m
     gaps: dict[str, float | None] = {
         "fleet.gap_m": scenario.fleet.gap_m,
@@ -71,7 +71,7 @@ def _lengths(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _ring(scenario: Scenario) -> Iterator[Problem]:
-    """On the ring nobody may be ahead and behind at once."""
+    """Check that no vehicle on the ring is both ahead of and behind another within its law."""
     if scenario.road.type != "ring":
         return
     wanted = [
@@ -88,18 +88,18 @@ def _ring(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _smallest_ring(scenario: Scenario, model: str, given: Parameters) -> int:
-    """How many vehicles the law of a model needs on a ring; 0 where its code is not known here."""
+    """Return how many vehicles the law of a model needs on a ring; 0 if its code is not loaded."""
     law = find(model)
     if law is None:
         return 0
     try:
         return law.smallest_ring(parameters_of(scenario.control, law, given))
-    except ValidationError:  # one is missing, which is said where the law is looked up
+    except ValidationError:  # a parameter is missing, which is reported when the law is loaded
         return 0
 
 
 def _models(scenario: Scenario) -> Iterator[tuple[str, str, Parameters]]:
-    """The key of every model that is named, the model, and the parameters beside it."""
+    """Yield the key of every model that is named, the model, and its parameters."""
     yield "control.model", scenario.control.model, scenario.control.parameters
     for index, switch in enumerate(scenario.control.schedule):
         if switch.model is not None:
@@ -118,7 +118,7 @@ def _weights(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _times(scenario: Scenario) -> Iterator[Problem]:
-    # Compared in ns, as the run does: what differs by less is equal there.
+    # Compare in ns, as the run does, where times that differ by less are equal.
     period = f"period_ms ({trimmed(scenario.period_ms)})"
     if round(scenario.duration_s * _NS_PER_S) < scenario.period_ns:
         text = f"{trimmed(scenario.duration_s)} is not at least one period, {period}"
@@ -136,9 +136,9 @@ def _beacons(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _clock(scenario: Scenario) -> Iterator[Problem]:
-    """Lock-step is as fast as it can be."""
+    """Check that no speed is given for lock-step, which always runs as fast as possible."""
     if scenario.clock == "lock-step" and scenario.speed != 1.0:
-        text = f"{trimmed(scenario.speed)} is for clock: realtime; allowed in lock-step: 1"
+        text = f"{trimmed(scenario.speed)} needs clock: realtime; allowed in lock-step: 1"
         yield Problem(key="speed", text=text, related=("clock",))
 
 
@@ -147,7 +147,7 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
     for index, switch in enumerate(schedule):
         key = f"control.schedule.{index}"
         if switch.model is None and not switch.targets:
-            text = "nothing changes; allowed: model, desired_gap_m, desired_speed_mps or gains"
+            text = "changes nothing; allowed: model, desired_gap_m, desired_speed_mps or gains"
             allowed = ("model", "desired_gap_m", "desired_speed_mps", "gains")
             yield Problem(key=key, text=text, related=tuple(f"{key}.{name}" for name in allowed))
         elif switch.ramp_s > 0.0 and not switch.targets:
@@ -155,7 +155,7 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
             yield Problem(key=f"{key}.ramp_s", text=text, related=(f"{key}.model",))
     for index, (before, switch) in enumerate(pairwise(schedule), start=1):
         at_ns, before_ns = round(switch.at_s * _NS_PER_S), round(before.at_s * _NS_PER_S)
-        # At the same instant other vehicles may switch, the same ones may not.
+        # Two entries may have the same time only if they concern different vehicles.
         if at_ns < before_ns or (at_ns == before_ns and switch.vehicles == before.vehicles):
             earlier = trimmed(before.at_s)
             text = f"{trimmed(switch.at_s)} is not later than the switch before ({earlier})"

@@ -1,4 +1,4 @@
-"""Checks within the channel: values that are fine alone and impossible together."""
+"""Checks within the channel: values that are valid alone but not together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PARAMETERS: Final = ("mean_ms", "std_ms", "min_ms", "max_ms", "samples_ms")
 
 
 def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
-    """Every disagreement within the channel of `scenario`, without places."""
+    """Yield every disagreement within the channel of `scenario`, without places."""
     channel = scenario.channel
     yield from _loss(channel.loss, "channel.loss")
     yield from _latency(channel.latency, "channel.latency")
@@ -37,12 +37,13 @@ def channel_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _medium(channel: Channel) -> Iterator[Problem]:
-    """Carrier sense is 802.11's, and congestion control goes by what it senses."""
+    """Check that the technology has carrier sense, and that congestion control can use it."""
     medium, radio = channel.medium, channel.radio
     key = "channel.medium.access"
     if medium.access == "csma" and not radio.csma:
         able = ", ".join(name for name, each in technologies().items() if each.csma)
-        text = f"csma is not for {radio.name}; allowed: none, or {able}, or one with csma: true"
+        text = f"csma is not possible with {radio.name}; allowed: none, or csma with {able}, "
+        text += "or with a technology that has csma: true"
         yield Problem(key=key, text=text, related=("channel.technology", "channel.csma"))
     if medium.congestion_control != "none" and medium.access == "none":
         text = f"{medium.congestion_control} needs csma as {key} (none)"
@@ -50,7 +51,7 @@ def _medium(channel: Channel) -> Iterator[Problem]:
 
 
 def _delay(channel: Channel) -> Iterator[Problem]:
-    """A delay in place of the technology's is used."""
+    """Check that a delay given for the technology is used."""
     latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
     kinds = [latency.distribution for latency in latencies if latency is not None]
     if channel.delay_ms is not None and "technology" not in kinds:
@@ -108,7 +109,7 @@ def _in_order(latency: Latency, section: str) -> Iterator[Problem]:
 
 
 def _scope(scope: Scope, key: str, scenario: Scenario) -> Iterator[Problem]:
-    """Times and places rise."""
+    """Check that times and positions are in order."""
     if scope.until_s is not None and scope.until_s <= scope.from_s:
         begin = trimmed(scope.from_s)
         text = f"{trimmed(scope.until_s)} is not later than {key}.from_s ({begin})"

@@ -19,7 +19,7 @@ _MOST_POINTS = 60_000
 
 
 def events_that_disagree(scenario: Scenario) -> Iterator[Problem]:
-    """Every disagreement of an event with itself or anything else, without places."""
+    """Yield every disagreement of events, without places."""
     size = scenario.fleet.size
     for index, event in enumerate(scenario.events):
         key = f"events.{index}"
@@ -34,7 +34,7 @@ def events_that_disagree(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _sine(sine: Sine, key: str, period_ns: int) -> Iterator[Problem]:
-    """The speed stays at 0 or above, and the period can follow the swing."""
+    """Check that the speed is never below 0, and that the period can resolve the oscillation."""
     if sine.amplitude_mps > sine.mean_mps:
         most = trimmed(sine.mean_mps)
         text = f"{trimmed(sine.amplitude_mps)} is not in [0, {most}], up to mean_mps ({most})"
@@ -53,7 +53,7 @@ def _trace(trace: Trace, key: str) -> Iterator[Problem]:
     if not 2 <= count <= _MOST_POINTS:
         text = f"a list of {count} is not a list of 2 to {_MOST_POINTS} points"
         yield Problem(key=key, text=text)
-    # Compared in ns, as the run does: what differs by less is equal there.
+    # Compare in ns, as the run does, where times that differ by less are equal.
     for index, ((before_s, _), (time_s, _)) in enumerate(pairwise(trace.points), start=1):
         if round(time_s * NS_PER_S) <= round(before_s * NS_PER_S):
             text = f"{trimmed(time_s)} is not later than the point before ({trimmed(before_s)})"
@@ -62,13 +62,13 @@ def _trace(trace: Trace, key: str) -> Iterator[Problem]:
 
 
 def _overlaps(scenario: Scenario) -> Iterator[Problem]:
-    """No vehicle can follow two speeds at once."""
+    """Check that no vehicle has to follow two speeds at once."""
     spans = sorted(
         (event.vehicle, event.start_ns, event.end_ns, f"events.{index}")
         for index, event in enumerate(scenario.events)
         if isinstance(event, Sine) or (isinstance(event, Trace) and event.points)
     )
-    longest: dict[int, tuple[int, str]] = {}  # by vehicle: the latest end so far, and whose it is
+    longest: dict[int, tuple[int, str]] = {}  # by vehicle: the latest end so far, and its key
     for vehicle, start_ns, end_ns, key in spans:
         other_end_ns, other = longest.get(vehicle, (start_ns, key))
         if start_ns < other_end_ns:

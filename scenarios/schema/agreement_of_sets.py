@@ -1,4 +1,4 @@
-"""Checks of sets of vehicles: groups, and what names them."""
+"""Checks of sets of vehicles: groups, and the settings that name them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from zenvoy.values.wording import shown
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# Sets are kept member by member: twice as many would take a gigabyte.
+# Sets are stored member by member: twice as many would take a gigabyte.
 _MOST_MEMBERS: Final = 2_000_000
 _RESERVED: Final = ("all", "not")
 
 
 def sets_that_disagree(scenario: Scenario) -> Iterator[Problem]:
-    """Every set that cannot be understood, or is one too many, without places."""
+    """Yield a problem for every set that is not valid, or too large, without places."""
     sizes: dict[str, int] = {}
     yield from _groups(scenario, sizes)
     scopes = {
@@ -43,19 +43,22 @@ def sets_that_disagree(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _groups(scenario: Scenario, sizes: dict[str, int]) -> Iterator[Problem]:
-    """A name is new, and a set names only vehicles and groups before it; fills `sizes`."""
+    """Check that names are new, and that sets name only vehicles and earlier groups.
+
+    Fills `sizes`.
+    """
     size, total = scenario.fleet.size, 0
     for index, group in enumerate(scenario.fleet.groups):
         key = f"fleet.groups.{index}"
         if group.name in _RESERVED:
-            text = f"{group.name!r} means something else in a set"
+            text = f"{group.name!r} has another meaning in a set of vehicles"
             yield Problem(key=f"{key}.name", text=text)
         elif group.name in sizes:
-            text = f"{shown(group.name)} is another group's name already"
+            text = f"{shown(group.name)} is already the name of another group"
             yield Problem(key=f"{key}.name", text=text)
         if (group.vehicles is None) == (group.share is None):
-            both = "neither" if group.share is None else "both"
-            text = f"{both} of vehicles and share; allowed: one of them"
+            given = "neither vehicles nor" if group.share is None else "both vehicles and"
+            text = f"{given} share; allowed: one of the two"
             yield Problem(key=key, text=text, related=(f"{key}.vehicles", f"{key}.share"))
         count = size  # a share is drawn from all of them
         if group.vehicles is not None:
@@ -71,5 +74,5 @@ def _groups(scenario: Scenario, sizes: dict[str, int]) -> Iterator[Problem]:
 
 def _too_many(key: str, total: int) -> Iterator[Problem]:
     if total > _MOST_MEMBERS:
-        text = f"sets of {total} vehicles together are more than {_MOST_MEMBERS}"
+        text = f"the sets have {total} members together, more than the limit of {_MOST_MEMBERS}"
         yield Problem(key=key, text=text, related=("fleet.size",))

@@ -1,4 +1,4 @@
-"""What a scenario may say of the channel: its technology, and what goes wrong on the way."""
+"""The section `channel` of a scenario: technology, latency, loss and medium."""
 
 from __future__ import annotations
 
@@ -99,11 +99,12 @@ class Latency(Section):
 
 
 class Scope(Section):
-    """From from_s (included) to until_s (excluded), for frames of these links and this stretch.
+    """The frames that a rule or an outage covers.
 
-    until_s null: to the end; source, destination null: any vehicle. Only where sender or receiver
-    is between from_m and to_m along the road (null: unbounded). Positions on the ring count from
-    0 to its length, and from_m may be greater than to_m there: the stretch goes over the seam.
+    It covers the time from from_s (included) to until_s (excluded; null: to the end), and links
+    from source to destination (null: any vehicle). The sender or the receiver must be between
+    from_m and to_m along the road (null: unbounded). Positions on the ring go from 0 to its length;
+    there from_m may be greater than to_m, and the stretch includes position 0.
     """
 
     from_s: NonNegative = 0.0
@@ -115,13 +116,13 @@ class Scope(Section):
 
 
 class Outage(Scope):
-    """Every frame is lost there and then."""
+    """Frames that it covers are lost."""
 
 
 class Rule(Scope):
-    """What it says of loss or latency (null: nothing) replaces what the channel says.
+    """Its loss or latency (null: unchanged) replaces the channel's for the frames that it covers.
 
-    Of several that apply to a frame, the last one counts.
+    If several rules cover a frame, the last one counts.
     """
 
     loss: Loss | None = None
@@ -129,11 +130,12 @@ class Rule(Scope):
 
 
 class Medium(Section):
-    """How stations share the medium. access none: no frame waits for another, or disturbs it.
+    """How stations share the medium.
 
-    csma: carrier sense as in IEEE 802.11p, with times on the air by its symbols. carrier_sense_m:
-    how far a transmission is sensed, and disturbs (null: the range of the technology).
-    congestion_control reactive: ETSI TS 102 687, by the busy ratio.
+    access none: no frame waits for another or disturbs it. access csma: carrier sense as in IEEE
+    802.11p, with times on the air from its symbols. carrier_sense_m is how far a transmission is
+    sensed and disturbs others (null: the range of the technology). congestion_control reactive:
+    ETSI TS 102 687, by the busy ratio.
     """
 
     access: Literal["none", "csma"] = "none"
@@ -144,7 +146,7 @@ class Medium(Section):
 
 
 def _named_too(schema: dict[str, Any]) -> None:
-    """What only a file may write in place of the mapping: a name, or the name of a file."""
+    """Describe what a scenario may write instead of the mapping: a name or a file name."""
     schema["default"] = DEFAULT
     schema["noun"] = f"one of {', '.join(technologies())}, a file such as ./mine.yaml, or a mapping"
 
@@ -155,10 +157,10 @@ Radio = Annotated[
 
 
 class Channel(Section):
-    """The V2V technology (paper Table I) and what goes wrong on the way.
+    """The V2V technology (paper Table I), its latency, loss and medium.
 
-    title to mimo replace what the technology says (null: nothing). relay_hops: links that a frame
-    may go over; vehicles pass on what they hear from others.
+    title to mimo replace values of the technology (null: unchanged). relay_hops is the number of
+    links that a frame may take; vehicles forward the frames of others.
     """
 
     technology: Radio = default_technology()
@@ -184,7 +186,7 @@ class Channel(Section):
 
     @property
     def radio(self) -> Technology:
-        """The technology with the values that this section says instead."""
-        said = {name: getattr(self, name) for name in Technology.model_fields if name != "name"}
-        changes = {name: value for name, value in said.items() if value is not None}
+        """The technology, with the values that this section replaces."""
+        given = {name: getattr(self, name) for name in Technology.model_fields if name != "name"}
+        changes = {name: value for name, value in given.items() if value is not None}
         return self.technology.model_copy(update=changes)

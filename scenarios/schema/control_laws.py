@@ -1,4 +1,4 @@
-"""The laws that a scenario names: their parameters, and their numbers in the log."""
+"""The laws that a scenario names, their parameters, and their numbers in the log."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zenvoy.laws.parameters import parameters_of as parameters_checked
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Control, Scenario
 
-_FIRST_MODE: Final = 64  # of laws that are not in the library; modes are below 128
+_FIRST_MODE: Final = 64  # for laws that are not in the library; modes are below 128
 
 
 def parameters_of(control: Control, law: Law, given: tuple[tuple[str, Any], ...] = ()) -> Any:
@@ -21,7 +21,7 @@ def parameters_of(control: Control, law: Law, given: tuple[tuple[str, Any], ...]
 
 
 def models_named(scenario: Scenario) -> list[str]:
-    """Return every model that a scenario names, once, in order of where it stands."""
+    """Return every model that a scenario names, once, in order of its first mention."""
     control = scenario.control
     named = [control.model, *(switch.model for switch in control.schedule)]
     named += [group.model for group in scenario.fleet.groups]
@@ -31,7 +31,7 @@ def models_named(scenario: Scenario) -> list[str]:
 def modes(scenario: Scenario) -> dict[str, int]:
     """Return the number in the log of every model that a scenario names.
 
-    Laws of the library have their own; others are numbered from 64 on, in order of reference.
+    Laws of the library have fixed numbers; others are numbered from 64 on, in order of reference.
     """
     known = {model: law.mode for model, law in builtin().items() if law.mode is not None}
     others = sorted(model for model in models_named(scenario) if model not in known)
@@ -40,5 +40,5 @@ def modes(scenario: Scenario) -> dict[str, int]:
 
 
 def name_of(model: str) -> str:
-    """Return a model as messages call it: without the hash of its source."""
+    """Return the name of a model for messages: without the hash of its source."""
     return model.partition("#")[0]

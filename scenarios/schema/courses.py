@@ -1,4 +1,4 @@
-"""Values that a schedule changes over time, at once or evenly over a while."""
+"""Values that a schedule changes over time, at once or in a linear ramp."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ _NS_PER_S = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """A value over time: `points` of (ns, value), the first at 0, with straight lines between them.
+    """A piecewise linear value over time: `points` of (ns, value), the first at 0.
 
-    Of two points at the same instant the later one counts from there on; after the last point
-    the value stays.
+    Of two points at the same instant, the later one counts from there on. After the last point the
+    value stays.
     """
 
     points: tuple[tuple[int, float], ...]
 
     def at(self, time_ns: int) -> float:
-        """The value at `time_ns`, which is not before 0."""
+        """Return the value at `time_ns`, which is not below 0."""
         (start_ns, start), end = self._around(time_ns)
         if end is None:
             return start
@@ -28,29 +28,30 @@ class Course:
         return start + (value - start) * ((time_ns - start_ns) / (end_ns - start_ns))
 
     def rate(self, time_ns: int) -> float:
-        """How fast it changes from `time_ns` on, per second."""
+        """Return the rate of change from `time_ns` on, per second."""
         (start_ns, start), end = self._around(time_ns)
         if end is None:
             return 0.0
         return (end[1] - start) * _NS_PER_S / (end[0] - start_ns)
 
     def is_constant(self, from_ns: int, to_ns: int) -> bool:
-        """Whether it has one value from `from_ns` to `to_ns`, both included."""
+        """Return whether the value is constant from `from_ns` to `to_ns`, both included."""
         within = (value for time_ns, value in self.points if from_ns < time_ns <= to_ns)
         value = self.at(from_ns)
         return self.at(to_ns) == value and all(other == value for other in within)
 
     def _around(self, time_ns: int) -> tuple[tuple[int, float], tuple[int, float] | None]:
-        """The last point up to `time_ns`, and the next one."""
+        """Return the last point up to `time_ns`, and the next one."""
         index = bisect_right(self.points, time_ns, key=lambda point: point[0])
         following = self.points[index] if index < len(self.points) else None
         return self.points[index - 1], following
 
 
 def course(start: float, changes: Iterable[tuple[int, int, float]]) -> Course:
-    """A value that is `start`, and then what each (at_ns, ramp_ns, value), in order, makes of it.
+    """Return the course of a value that begins at `start` and follows `changes` in order.
 
-    From at_ns on it goes evenly to the value within ramp_ns, from wherever it is then.
+    After each change (at_ns, ramp_ns, value) it goes from its current value at at_ns linearly to
+    the new value within ramp_ns.
     """
     points = [(0, start)]
     for at_ns, ramp_ns, value in changes:
@@ -63,9 +64,9 @@ def course(start: float, changes: Iterable[tuple[int, int, float]]) -> Course:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Targets:
-    """What a vehicle's law aims at, over time: gap (m), speed (m/s), gains (s⁻², s⁻¹, s⁻¹).
+    """Desired gap (m), desired speed (m/s) and gains (s⁻², s⁻¹, s⁻¹) of a vehicle over time.
 
-    cruises_ns: from when on the schedule gives it a desired speed; None: never.
+    cruises_ns is the time from which the schedule gives it a desired speed; None: never.
     """
 
     desired_gap_m: Course

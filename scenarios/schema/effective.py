@@ -1,4 +1,4 @@
-"""A scenario with all its values, defaults included, as text."""
+"""Writes a scenario with all its values, defaults included, as text."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from zenvoy.scenarios.schema.scenario import Scenario
 
 
 class _Representer(SafeRepresenter):
-    """Quotes every text but plain words: ruamel leaves some that YAML reads as something else.
+    """Quotes all text but plain words, because ruamel leaves some unquoted that YAML misreads.
 
-    Lists of numbers take a line each.
+    Each list of numbers takes one line.
     """
 
     def represent_str(self, data: str) -> ScalarNode:
@@ -35,7 +35,7 @@ _Representer.add_representer(list, _Representer.represent_list)
 
 
 def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
-    """YAML with every value in the order of the schema; loading it gives an equal scenario."""
+    """Return YAML with every value in the order of the schema; loading it gives the scenario."""
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
@@ -48,7 +48,7 @@ def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
 
 
 def effective_json(scenario: Scenario) -> str:
-    """ASCII JSON with every value, keys sorted: equal scenarios give equal text, byte for byte.
+    """Return ASCII JSON with every value and sorted keys; equal scenarios give equal bytes.
 
     Scenario.model_validate_json reads it back.
     """

@@ -1,8 +1,8 @@
-"""What happens to single vehicles: brakes, and speeds that a vehicle follows.
+"""Events of single vehicles: brakes, and speed profiles that a vehicle follows.
 
-An event rules its vehicle's acceleration whatever the controller says, from start_ns (included)
-to end_ns (excluded); before and after, the controller rules. Where a brake and a speed profile
-meet, the brake wins; where the return from a brake meets either, the return gives way.
+From start_ns (included) to end_ns (excluded) an event sets the acceleration of its vehicle and
+overrides the controller. A brake overrides a speed profile, and both override the return from a
+brake.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_
 
 
 class Brake(Section):
-    """From at_s, for duration_s, the vehicle brakes.
+    """The vehicle brakes from at_s for duration_s.
 
-    Within return_s it then goes back to the speed that it had before; null: it does not.
+    Within return_s it then returns to its earlier speed; null: it does not return.
     """
 
     type: Literal["brake"] = "brake"
@@ -43,14 +43,14 @@ class Brake(Section):
 
     @property
     def returned_ns(self) -> int:
-        """When the vehicle has the speed again that it had before; end_ns if it does not return."""
+        """When the vehicle has its earlier speed again; end_ns if it does not return."""
         return round((self.at_s + self.duration_s + (self.return_s or 0.0)) * NS_PER_S)
 
 
 class Sine(Section):
-    """From at_s, for duration_s, the speed swings about its mean.
+    """The speed oscillates about its mean from at_s for duration_s.
 
-    The frequency rises (or falls) evenly to to_frequency_hz, where there is one.
+    If to_frequency_hz is given, the frequency changes linearly to it.
     """
 
     type: Literal["sine"] = "sine"
@@ -74,7 +74,7 @@ class Sine(Section):
 
     @property
     def highest_mps(self) -> float:
-        """The highest speed within, m/s."""
+        """The highest speed of the profile, m/s."""
         return self.mean_mps + self.amplitude_mps
 
 
@@ -86,9 +86,9 @@ def _file_instead_of_points(schema: dict[str, Any]) -> None:
 
 
 class Trace(Section):
-    """From at_s + the first time to at_s + the last, the speed runs from point to point.
+    """The speed follows points of (time_s, speed_mps), in order of time and relative to at_s.
 
-    Points are (time_s, speed_mps), in order of time.
+    Between two points it changes linearly.
     """
 
     model_config = ConfigDict(json_schema_extra=_file_instead_of_points)
@@ -100,7 +100,7 @@ class Trace(Section):
 
     @property
     def times_ns(self) -> tuple[int, ...]:
-        """Instants of the points."""
+        """Times of the points, ns."""
         start_ns = round(self.at_s * NS_PER_S)
         return tuple(start_ns + round(time_s * NS_PER_S) for time_s, _ in self.points)
 
@@ -116,7 +116,7 @@ class Trace(Section):
 
     @property
     def highest_mps(self) -> float:
-        """The highest speed within, m/s."""
+        """The highest speed of the profile, m/s."""
         return max(speed_mps for _, speed_mps in self.points)
 
     def _instant_ns(self, index: int) -> int:
@@ -124,7 +124,7 @@ class Trace(Section):
 
 
 def _type_of(event: object) -> str | None:
-    """The tag of an event, given as a mapping or as one of the sections above."""
+    """Return the tag of an event, given as a mapping or as one of the sections above."""
     kind = event.get("type", "brake") if isinstance(event, dict) else getattr(event, "type", None)
     return kind if isinstance(kind, str) else None
 

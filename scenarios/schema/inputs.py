@@ -1,4 +1,4 @@
-"""Values that may be written in more than one way, and the one way in which they are kept."""
+"""Types of values that may be written in several forms, and are kept in one."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from zenvoy.laws.by_name import ESTIMATORS
 
 
 def _set_text(value: object) -> object:
-    """5 as "5", [1, "4-6"] as "1, 4-6"; what is neither is left for the schema to refuse."""
+    """Return 5 as "5" and [1, "4-6"] as "1, 4-6"; leave other values for the schema to refuse."""
     items = value if isinstance(value, list | tuple) and value else [value]
     if all(isinstance(item, str | int) and not isinstance(item, bool) for item in items):
         return ", ".join(str(item).strip() for item in items)
@@ -42,7 +42,7 @@ _REFERENCE: Final = re.compile(r"[^:#]+:[\w.]+(#[0-9a-f]+)?")
 
 
 def _model(value: str) -> str:
-    """What has a colon is a reference to code, which `zenvoy.scenarios.reading.laws` looks up."""
+    """Accept a built-in law, or a reference for `zenvoy.scenarios.reading.laws` to load."""
     if value not in builtin() and not _REFERENCE.fullmatch(value):
         raise ValueError
     return value
@@ -74,7 +74,7 @@ def _plain(weights: str | tuple[float, ...]) -> str | list[float]:
 
 
 def _noun(words: str) -> WithJsonSchema:
-    """Words for messages: the types alone would not say what may be written."""
+    """Add a description for messages, where the type alone does not say what is allowed."""
     return WithJsonSchema({"type": "string", "noun": words})
 
 
@@ -99,14 +99,14 @@ EstimatorKind = Annotated[
     AfterValidator(_estimator),
     WithJsonSchema({"type": "string", "enum": list(ESTIMATORS.taken())}),
 ]
-"""One of Zenvoy's own, or one of the scenario's: module:attribute#hash."""
+"""A built-in estimator by name, or one of the scenario's own: module:attribute#hash."""
 Parameters = Annotated[
     tuple[tuple[str, Any], ...],
     PlainValidator(_parameters),
     PlainSerializer(_mapping),
     WithJsonSchema({"type": "object", "additionalProperties": True}),
 ]
-"""Parameters of a law of the scenario's own: pairs, so that a scenario can be hashed."""
+"""Parameters of a law of the scenario's own, as pairs, so that a scenario is hashable."""
 Weights = Annotated[
     str | tuple[float, ...],
     PlainValidator(_weights),

@@ -1,4 +1,4 @@
-"""Notes: what a scenario may say, and yet its author hardly means."""
+"""Notes on a scenario: settings that are allowed but probably a mistake."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Sets = dict[str, frozenset[int]]
 
 
 def notes_of(scenario: Scenario) -> list[Problem]:
-    """What is allowed and hardly meant in a valid scenario, without places."""
+    """Return the notes on a valid scenario, without places."""
     sets = group_members(scenario)
     return [
         *_start(scenario, sets),
@@ -33,7 +33,7 @@ def notes_of(scenario: Scenario) -> list[Problem]:
 
 
 def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
-    """The fleet starts at the distances, and the first vehicle at the speed, that it is to have."""
+    """Note if the fleet does not start at the desired gap, or the first at the desired speed."""
     fleet, control = scenario.fleet, scenario.control
     own_gap, own_speed = (
         {v for group in fleet.groups if getattr(group, name) is not None for v in sets[group.name]}
@@ -59,7 +59,7 @@ def _groups(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
     for index, group in enumerate(scenario.fleet.groups):
         if not sets[group.name]:
             part = "share" if group.vehicles is None else "vehicles"
-            text = f"nobody of {scenario.fleet.size} vehicles is in this group"
+            text = f"none of the {scenario.fleet.size} vehicles is in this group"
             yield Problem(key=f"fleet.groups.{index}.{part}", text=text, related=("fleet.size",))
 
 
@@ -72,15 +72,15 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
             key = f"control.schedule.{index}.at_s"
             yield Problem(key=key, text=text, related=("duration_s",))
         elif switch.desired_gap_m is not None and round(switch.at_s * NS_PER_S) >= last_ns:
-            text = f"{trimmed(switch.desired_gap_m)} has no effect: no law then looks at the gap"
+            text = f"{trimmed(switch.desired_gap_m)} has no effect: no law uses it from then on"
             key = f"control.schedule.{index}.desired_gap_m"
             yield Problem(key=key, text=text, related=(f"control.schedule.{index}",))
 
 
 def _last_desired_gap_ns(scenario: Scenario) -> float:
-    """Until when a law is in force that looks at the desired gap.
+    """Return the time until which some law uses the desired gap, ns.
 
-    On the open road the last vehicle always follows by its gap.
+    On the open road the last vehicle always uses it.
     """
     if scenario.ring_length_m is None:
         return inf

@@ -1,4 +1,4 @@
-"""Notes on the channel: waits that are too short, and rules and outages that cover nothing."""
+"""Notes on the channel: waits that are too short, rules and outages that cover nothing."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from zenvoy.scenarios.schema.channel import Outage, Rule, Scope
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# Of wall time: with less, most of the frames of a fleet in real time miss their decision.
+# Wall time. With less, most frames of a fleet in real time miss their decision.
 _LEAST_SLACK_MS: Final = 5.0
 
 
 def notes_of_channel(scenario: Scenario, sets: dict[str, frozenset[int]]) -> Iterator[Problem]:
-    """What is allowed and hardly meant in the channel of a valid scenario, without places."""
+    """Yield the notes on the channel of a valid scenario, without places."""
     yield from _range(scenario)
     yield from _wait(scenario)
     channel = scenario.channel
@@ -30,7 +30,7 @@ def notes_of_channel(scenario: Scenario, sets: dict[str, frozenset[int]]) -> Ite
         key = f"channel.rules.{index}"
         yield from _scope(rule, key, scenario, sets)
         if rule.loss is None and rule.latency is None:
-            yield Problem(key=key, text="says nothing of loss or latency, so it changes nothing")
+            yield Problem(key=key, text="sets neither loss nor latency, so it has no effect")
     for index, outage in enumerate(channel.outages):
         yield from _scope(outage, f"channel.outages.{index}", scenario, sets)
 
@@ -39,13 +39,13 @@ def _range(scenario: Scenario) -> Iterator[Problem]:
     range_m = scenario.channel.radio.range_m
     if scenario.fleet.gap_m > range_m:
         text = f"a range of {trimmed(range_m)} m is less than fleet.gap_m "
-        text += f"({trimmed(scenario.fleet.gap_m)}): at the start nobody hears anybody"
+        text += f"({trimmed(scenario.fleet.gap_m)}): at the start no frame is received"
         key = "channel.technology" if scenario.channel.range_m is None else "channel.range_m"
         yield Problem(key=key, text=text, related=("fleet.gap_m",))
 
 
 def _wait(scenario: Scenario) -> Iterator[Problem]:
-    """Frames arrive in time for the decision of their cycle; in real time with some slack."""
+    """Note if frames cannot arrive before the decision of their cycle, or barely in real time."""
     wait_ms = scenario.v2v_wait_ns * 1e-6
     latency, delay_ms = scenario.channel.latency, scenario.channel.radio.delay_ms
     least_ms = distributions()[latency.distribution].least_ms(latency, delay_ms)
@@ -59,12 +59,13 @@ def _wait(scenario: Scenario) -> Iterator[Problem]:
         "channel.technology",
     )
     own_ms = own_wait_ms(scenario)
-    hint = f"; null is {trimmed(own_ms)}, for the technology" if wait_ms not in (0, own_ms) else ""
+    is_default = wait_ms in (0, own_ms)
+    hint = "" if is_default else f"; null, the default, gives {trimmed(own_ms)} ms"
     waits = f"{trimmed(wait_ms)} ms" if wait_ms else f"a period ({trimmed(deadline_ms)} ms)"
     slack_ms = (wait_ms - least_ms) / scenario.speed
     if least_ms > deadline_ms:
         text = f"{waits} is less than the least latency ({trimmed(round(least_ms, 3))} ms): every "
-        text += f"frame comes late, for a later cycle{hint}"
+        text += f"frame is late, and counts in a later cycle{hint}"
         yield Problem(key=key, text=text, related=related)
     elif scenario.clock == "realtime" and wait_ms and slack_ms < _LEAST_SLACK_MS:
         text = f"{waits} leaves {trimmed(round(slack_ms, 3))} ms of wall time after the first "
@@ -74,12 +75,12 @@ def _wait(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _ages(scenario: Scenario, late_ms: float) -> Iterator[Problem]:
-    """Data between beacons stay younger than the limit of age."""
+    """Note if data are older than the age limit before the next beacon arrives."""
     period_ms = scenario.period_ns * 1e-6
     oldest_ms = (scenario.beacons.every - 1 + math.ceil(late_ms / period_ms)) * period_ms
     limit_ms = scenario.control.beacon_age_limit_ms
     if oldest_ms > limit_ms:
-        text = f"{trimmed(limit_ms)} is less than the age that data reach before newer ones come "
+        text = f"{trimmed(limit_ms)} is less than the age of data when the next beacon arrives "
         text += f"({trimmed(round(oldest_ms, 3))} ms): vehicles fall back again and again"
         related = ("beacons.every", "channel.latency", "period_ms")
         yield Problem(key="control.beacon_age_limit_ms", text=text, related=related)
@@ -88,7 +89,7 @@ def _ages(scenario: Scenario, late_ms: float) -> Iterator[Problem]:
 def _scope(
     scope: Rule | Outage | Scope, key: str, scenario: Scenario, sets: dict[str, frozenset[int]]
 ) -> Iterator[Problem]:
-    """It covers a link, at some time of the run, where a vehicle can be."""
+    """Note if a scope is after the run, covers no link, or no vehicle can be there."""
     end_s = scenario.cycles * scenario.period_ns / NS_PER_S
     if scope.from_s >= end_s:
         text = f"{trimmed(scope.from_s)} is not before the end of the run ({trimmed(end_s)} s)"
@@ -99,24 +100,24 @@ def _scope(
         for text in (scope.source, scope.destination)
     )
     if not source or not destination or (len(source) == 1 and source == destination):
-        text = "covers no link: no vehicle of source sends to another one of destination"
+        text = "covers no link: no vehicle in source sends to another one in destination"
         related = (f"{key}.source", f"{key}.destination")
         yield Problem(key=key, text=text, related=related)
     low_m = -math.inf if scope.from_m is None else scope.from_m
     high_m = math.inf if scope.to_m is None else scope.to_m
     first_m, last_m = _reach_m(scenario, min(end_s, scope.until_s or end_s))
     nowhere = max(low_m, first_m) > min(high_m, last_m)
-    if scenario.ring_length_m and low_m > high_m:  # over the seam
+    if scenario.ring_length_m and low_m > high_m:  # the stretch includes position 0
         nowhere = low_m >= last_m and high_m < first_m
     if nowhere:
         where = f"{trimmed(first_m)} m to {trimmed(round(last_m, 3))} m"
-        text = f"no vehicle is ever on this stretch; they are from {where} along the road"
+        text = f"no vehicle is ever on this stretch; vehicles are from {where} along the road"
         stretch = (f"{key}.from_m", f"{key}.to_m", "fleet.gap_m", "duration_s")
         yield Problem(key=key, text=text, related=stretch)
 
 
 def _reach_m(scenario: Scenario, until_s: float) -> tuple[float, float]:
-    """Where vehicles can be: on the open road nobody passes the first one."""
+    """Return the positions that vehicles can reach, m; on the open road none passes the first."""
     if scenario.ring_length_m is not None:
         return 0.0, scenario.ring_length_m
     fleet, control = scenario.fleet, scenario.control

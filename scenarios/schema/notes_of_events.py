@@ -1,4 +1,4 @@
-"""Notes on events: what never happens, and speeds that no vehicle could follow."""
+"""Notes on events that never happen, and on speeds that no vehicle can follow."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from zenvoy.values.wording import trimmed
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# A first point that is met this well is met.
+# A start this close to the first point needs no note.
 _NEAR_MPS: Final = 1.0
 _ROUNDING: Final = 1.0 + 1e-6
 
 
 def notes_of_events(scenario: Scenario) -> Iterator[Problem]:
-    """What is allowed and hardly meant in the events of a valid scenario, without places."""
+    """Yield the notes on the events of a valid scenario, without places."""
     end_ns = scenario.cycles * scenario.period_ns
     expected = _Expected(scenario)
     in_order = sorted(enumerate(scenario.events), key=lambda entry: entry[1].start_ns)
@@ -31,20 +31,20 @@ def notes_of_events(scenario: Scenario) -> Iterator[Problem]:
             yield _never(event, key, end_ns)
         elif not isinstance(event, Brake):
             yield from _steep(event, key, expected.speeds_mps(event.vehicle), scenario)
-        expected.learn(event)
+        expected.add(event)
 
 
 def _never(event: Brake | Sine | Trace, key: str, end_ns: int) -> Problem:
     start, end = (trimmed(round(t / NS_PER_S, 9)) for t in (event.start_ns, end_ns))
-    text = f"begins at {start} s, and the run ends at {end} s"
+    text = f"begins at {start} s, but the run ends at {end} s"
     if isinstance(event, Trace) and event.points[0][0] > 0:
         first = trimmed(event.points[0][0])
-        text += f": its times begin at {first}; time: from-first counts those of a file from there"
+        text += f": its times begin at {first}; time: from-first counts the times of a file from 0"
     return Problem(key=f"{key}.at_s", text=text, related=(key, "duration_s"))
 
 
 class _Expected:
-    """About which speeds each vehicle has, from what is told of the time before."""
+    """The approximate range of speeds of each vehicle after the events added so far."""
 
     def __init__(self, scenario: Scenario) -> None:
         fleet, control = scenario.fleet, scenario.control
@@ -59,15 +59,15 @@ class _Expected:
         self._span_mps: dict[int, tuple[float, float]] = {}
 
     def speeds_mps(self, vehicle: int) -> tuple[float, float]:
-        """The lowest and the highest that it may have."""
+        """Return the lowest and the highest speed that a vehicle may have."""
         if vehicle == 1 and self._first_keeps and not self._changes:
             return self._span_mps.get(1, (self._start_mps, self._start_mps))
         low, high = self._desired_mps
         other_low, other_high = self._span_mps.get(vehicle, (low, high))
         return min(low, other_low), max(high, other_high)
 
-    def learn(self, event: Brake | Sine | Trace) -> None:
-        """Take in an event; those before it are known."""
+    def add(self, event: Brake | Sine | Trace) -> None:
+        """Add an event; events must come in order of time."""
         low, high = self.speeds_mps(event.vehicle)
         if isinstance(event, Trace):
             low = high = event.points[-1][1]
@@ -81,7 +81,7 @@ class _Expected:
 def _steep(
     event: Sine | Trace, key: str, speeds_mps: tuple[float, float], scenario: Scenario
 ) -> Iterator[Problem]:
-    """Its first point is about where the vehicle is, and no line is steeper than the limit."""
+    """Note if the vehicle cannot meet the first point, or if the limit does not allow a slope."""
     limit = scenario.control.acceleration_limit_mps2
     allowed = f"control.acceleration_limit_mps2 ({trimmed(limit)})"
     related = (f"{key}.type", key, "control.acceleration_limit_mps2")
@@ -91,20 +91,20 @@ def _steep(
     about = f"the vehicle has about {trimmed(round(here_mps, 3))} m/s"
     jump = (second_mps - here_mps) / span_s
     if abs(jump) > limit * _ROUNDING and abs(here_mps - first_mps) > 1e-6:
-        text = f"asks for {jump:.3g} m/s² in its first {span_s:.3g} s, for {about} at its start"
-        text += f" and not {trimmed(first_mps)}; more than {allowed}"
+        text = f"needs {jump:.3g} m/s² in its first {span_s:.3g} s, because {about} at its start"
+        text += f" instead of {trimmed(first_mps)}; this is more than {allowed}"
         yield Problem(key=where, text=text, related=related)
     elif abs(here_mps - first_mps) > _NEAR_MPS:
-        text = f"its first point, {trimmed(first_mps)} m/s, is never met: {about} then"
+        text = f"the speed misses its first point, {trimmed(first_mps)} m/s: {about} then"
         yield Problem(key=where, text=text, related=("fleet.speed_mps", *related))
     steepest, at_s = _steepest(event)
     if abs(steepest) > limit * _ROUNDING:
-        text = f"asks for {steepest:.3g} m/s² at {at_s:.6g} s, more than {allowed}"
+        text = f"needs {steepest:.3g} m/s² at {at_s:.6g} s, more than {allowed}"
         yield Problem(key=where, text=text, related=related)
 
 
 def _begin(event: Sine | Trace, period_s: float) -> tuple[float, float, float]:
-    """The first two speeds, m/s, and the time between them, s."""
+    """Return the first two speeds, m/s, and the time between them, s."""
     if isinstance(event, Trace):
         (first_s, first_mps), (second_s, second_mps) = event.points[:2]
         return first_mps, second_mps, second_s - first_s
@@ -113,7 +113,7 @@ def _begin(event: Sine | Trace, period_s: float) -> tuple[float, float, float]:
 
 
 def _steepest(event: Sine | Trace) -> tuple[float, float]:
-    """The strongest acceleration within, m/s², and when, s."""
+    """Return the strongest acceleration of the profile, m/s², and its time, s."""
     if isinstance(event, Trace):
         slopes = [
             ((b - a) / (until_s - from_s), event.at_s + from_s)

@@ -1,4 +1,4 @@
-"""What a log says of the laws that a scenario brings along, so that no reader needs their code."""
+"""Facts for the log about a scenario's own laws, so that a reader does not need their code."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ _NS_PER_S = 1_000_000_000
 def own_laws(scenario: Scenario) -> dict[str, str]:
     """Return facts in JSON about every law that is not in the library, by its mode in the log.
 
-    `linear` is the law near its equilibrium for each set of parameters and each setpoint that the
-    scenario gives; in a ramp between setpoints it is not known. Raises LawError where it fails.
+    `linear` is the law linearized about its equilibrium for each set of parameters and each
+    setpoint of the scenario; during a ramp between setpoints it is not known. Raises LawError if
+    the law fails.
     """
     return {
         str(mode): json.dumps(_facts(scenario, model, law_of(model)), sort_keys=True)
@@ -48,7 +49,7 @@ def _facts(scenario: Scenario, model: str, law: Law) -> dict[str, Any]:
 
 
 def _linear(scenario: Scenario, model: str, law: Law) -> list[list[Any]]:
-    """[parameters, setpoint, m, linear] for all that the scenario asks of the law."""
+    """Return [parameters, setpoint, m, linear] for every use of the law in the scenario."""
     if law.linear is None:
         return []
     instants = {0}
@@ -74,7 +75,7 @@ def _linear(scenario: Scenario, model: str, law: Law) -> list[list[Any]]:
 
 
 def setpoint_at(targets: Targets, time_ns: int) -> Setpoint:
-    """Return what is wanted of a vehicle at a time."""
+    """Return the setpoint of a vehicle at a time."""
     return Setpoint(
         k_d=targets.k_d.at(time_ns),
         k_v=targets.k_v.at(time_ns),

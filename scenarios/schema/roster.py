@@ -1,4 +1,4 @@
-"""What a scenario tells each vehicle: groups and schedule, worked out."""
+"""The settings of each vehicle, from the fleet, its groups and the schedule."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 _NS_PER_S = 1_000_000_000
 
-# An entry of the schedule, and for whom it is; None: for all to whom no group gives what changes.
+# An entry of the schedule and its vehicles; None: all whose groups do not set the value it changes.
 Entry = tuple["Switch", frozenset[int] | None]
 _GAINS = ("k_d", "k_v", "k_c")
 
 
 class Phase(NamedTuple):
-    """From when (ns) a model is in force, and the parameters that the scenario gives its law."""
+    """The time (ns) from which a model is in force, the model, and the parameters of its law."""
 
     from_ns: int
     model: str
@@ -31,9 +31,10 @@ class Phase(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Of one vehicle. phases: the laws that it runs, in order of time.
+    """The settings of one vehicle.
 
-    Gains, desired gap and desired speed are those of the start; `targets` has them over time.
+    phases has its laws in order of time. Gains, desired gap and desired speed are those at the
+    start; `targets` has them over time.
     """
 
     phases: tuple[Phase, ...]
@@ -45,18 +46,18 @@ class Settings:
 
     @property
     def program(self) -> tuple[tuple[int, str], ...]:
-        """When (ns) which model is in force, by the name that messages use."""
+        """The time (ns) from which each model is in force, and its name in messages."""
         return tuple((phase.from_ns, name_of(phase.model)) for phase in self.phases)
 
     @property
     def models(self) -> frozenset[str]:
-        """Every model it ever runs."""
+        """All models that the vehicle runs."""
         return frozenset(phase.model for phase in self.phases)
 
 
 @lru_cache(maxsize=4)
 def roster(scenario: Scenario) -> tuple[Settings, ...]:
-    """Settings of vehicles 1..size, in order; the scenario must be a valid one."""
+    """Return the settings of vehicles 1..size, in order; the scenario must be valid."""
     sets = group_members(scenario)
     size = scenario.fleet.size
     texts = {switch.vehicles for switch in scenario.control.schedule}
@@ -69,7 +70,7 @@ def roster(scenario: Scenario) -> tuple[Settings, ...]:
 
 
 def group_members(scenario: Scenario) -> dict[str, frozenset[int]]:
-    """The vehicles of each group. Raises ValueError where a set cannot be understood."""
+    """Return the vehicles of each group; raises ValueError if a set is not valid."""
     size = scenario.fleet.size
     sets: dict[str, frozenset[int]] = {}
     for group in scenario.fleet.groups:
@@ -87,7 +88,7 @@ def _settings(
     entries: list[Entry],
 ) -> Settings:
     control = scenario.control
-    # Later groups count, so each setting is the last that is given.
+    # Later groups override earlier ones.
     mine = [g for g in reversed(scenario.fleet.groups) if vehicle in sets[g.name]]
     own_model = next((g for g in mine if g.model is not None), None)
     own_gains = next((g.gains for g in mine if g.gains is not None), None)

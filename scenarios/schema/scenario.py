@@ -1,8 +1,8 @@
-"""What a scenario may say: frozen, typed, with units in the names.
+"""The sections of a scenario: frozen, typed, with units in the names.
 
-Every field has a default, so a scenario file says only what differs from the paper's setting
-(40 vehicles on a ring of 1500 m, Table IV). Defaults that the paper does not give are decided
-in docs/decisions.md.
+Every field has a default, so that a scenario file contains only differences from the paper's
+setting (40 vehicles on a ring of 1500 m, Table IV). docs/decisions.md explains the defaults that
+the paper does not give.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ from zenvoy.values.section import (
 
 
 def _bumper_schema() -> dict[str, Any]:
-    """What may be given from bumper to bumper, as JSON schema."""
+    """Return the JSON schema of a spacing from bumper to bumper."""
     return {"type": "number", "exclusiveMinimum": 0, "maximum": LARGEST}
 
 
 def _bumper(front: str, bumper: str) -> Callable[[dict[str, Any]], None]:
-    """Allow `bumper` too: `zenvoy.scenarios.reading.spacing` turns it into `front`."""
+    """Also allow the key `bumper`, which `zenvoy.scenarios.reading.spacing` turns into `front`."""
 
     def add(schema: dict[str, Any]) -> None:
         properties = schema["properties"]
@@ -58,15 +58,16 @@ _DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "des
 
 
 class Road(Section):
-    """Shape of the road. On the ring its length is fleet.size · fleet.gap_m."""
+    """Shape of the road. The length of a ring is fleet.size · fleet.gap_m."""
 
     type: Literal["ring", "open"] = "ring"
 
 
 class Gains(Section):
-    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no figures).
+    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no values).
 
-    k_c draws the speed to the desired one; below 0 it drives it away, as the paper prints it.
+    k_c draws the speed towards the desired speed. Below 0 it drives it away, as in the paper's
+    printed equations.
     """
 
     k_d: NonNegative = 0.1
@@ -75,7 +76,7 @@ class Gains(Section):
 
 
 class Group(Section):
-    """A set of vehicles with settings of its own; null: those of `control`.
+    """A set of vehicles with settings of its own; null: the settings of `control`.
 
     The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. Where groups
     overlap, the later one counts.
@@ -115,15 +116,15 @@ class GainChanges(Section):
 
     @property
     def given(self) -> dict[str, float]:
-        """Those that change."""
+        """The gains that change."""
         return self.model_dump(exclude_none=True)
 
 
 class Switch(Section):
-    """From at_s on, these vehicles have this model, these targets, these gains; null: as before.
+    """A change of model, desired gap, desired speed or gains from at_s on; null: unchanged.
 
-    vehicles null: all to which no group gives what changes. Targets and gains, not models, may
-    change evenly over ramp_s.
+    vehicles null: all vehicles whose groups do not set the value that changes. Gap, speed and gains
+    may change linearly over ramp_s; a model changes at once.
     """
 
     model_config = _DESIRED_BUMPER_GAP
@@ -139,21 +140,21 @@ class Switch(Section):
 
     @property
     def targets(self) -> dict[str, float]:
-        """What changes but for the model, by name: desired_gap_m, desired_speed_mps, k_d, …"""
+        """The values that change, except the model: desired_gap_m, desired_speed_mps, k_d, …"""
         named = {"desired_gap_m": self.desired_gap_m, "desired_speed_mps": self.desired_speed_mps}
         given = {name: value for name, value in named.items() if value is not None}
         return given if self.gains is None else given | self.gains.given
 
 
 class MultiNode(Section):
-    """MBCM: how many vehicles on each side count, and their weights c_1 .. c_m, nearest first."""
+    """MBCM: the number of vehicles on each side, and their weights c_1 .. c_m, nearest first."""
 
     neighbours: Annotated[int, Field(ge=1, le=100)] = 3
     weights: Weights = "least-squares"
 
 
 class Platoon(Section):
-    """CACC: consecutive vehicles in platoons of `size` (null: one of all), led by the first.
+    """CACC: platoons of `size` consecutive vehicles (null: one platoon), led by the first.
 
     c1 is the weight of the leader against the vehicle ahead, xi the damping ratio and omega_n
     the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's.
@@ -168,7 +169,7 @@ class Platoon(Section):
 class Control(Section):
     """The control law, its desired state and its timing (docs/architecture.md).
 
-    v2v_wait_ms null: as the technology needs it (`zenvoy.scenarios.schema.waits`).
+    v2v_wait_ms null: as long as the technology needs (`zenvoy.scenarios.schema.waits`).
     """
 
     model_config = _DESIRED_BUMPER_GAP
@@ -189,7 +190,7 @@ class Control(Section):
 
 
 class Sensors(Section):
-    """Reading errors: gaps and absolute speeds are multiplied by 1 + e, e within ±error."""
+    """Sensor errors: readings of gaps and absolute speeds are multiplied by 1 + e, |e| ≤ error."""
 
     error: Annotated[float, Field(ge=0, lt=1), Percent] = 0.1
     distribution: Literal["uniform", "gaussian"] = "uniform"
@@ -202,7 +203,7 @@ class Sensors(Section):
 
 
 class Estimator(Section):
-    """The filters of links and own speed; process noise as the std. deviation of an acceleration.
+    """The filters of links and own speed; process noise is the std. deviation of an acceleration.
 
     On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
     """
@@ -213,9 +214,9 @@ class Estimator(Section):
 
 
 class Beacons(Section):
-    """When vehicles that beacon do so: in every cycle, in every n-th (in turn), or as CAMs.
+    """When vehicles send beacons: in every cycle, in every n-th cycle (in turn), or like CAMs.
 
-    etsi-cam: ETSI EN 302 637-2, after 4 m or 0.5 m/s, 100 to 1000 ms apart.
+    etsi-cam follows ETSI EN 302 637-2: after 4 m or 0.5 m/s, 100 to 1000 ms apart.
     """
 
     rule: Literal["every-cycle", "every-nth", "etsi-cam"] = "every-cycle"
@@ -252,9 +253,10 @@ class Scenario(Section):
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
         if self.control.v2v_wait_ms is None:
-            told = {"v2v_wait_ms": own_wait_ms(self)}
-            # The one value that depends on another section; nobody has seen this scenario yet.
-            object.__setattr__(self, "control", self.control.model_copy(update=told))
+            default = {"v2v_wait_ms": own_wait_ms(self)}
+            # Only this default depends on another section. The scenario is still being built, so
+            # it may be changed.
+            object.__setattr__(self, "control", self.control.model_copy(update=default))
         refuse_disagreements(self)
         return self
 
@@ -275,17 +277,17 @@ class Scenario(Section):
 
     @property
     def v2v_wait_ns(self) -> int:
-        """How long after t_k a vehicle waits for the channel, ns."""
+        """How long after t_k a vehicle waits for frames, ns."""
         return round((self.control.v2v_wait_ms or 0.0) * NS_PER_MS)
 
     @property
     def system_delay_ns(self) -> int:
-        """From the decision to its effect, ns."""
+        """Time from a decision to its effect, ns."""
         return round(self.control.system_delay_ms * NS_PER_MS)
 
     @property
     def beacon_age_limit_ns(self) -> int:
-        """Age past which a neighbour's data are not used any more, ns."""
+        """Age beyond which a neighbour's data are no longer used, ns."""
         return round(self.control.beacon_age_limit_ms * NS_PER_MS)
 
     @property

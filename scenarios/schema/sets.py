@@ -1,4 +1,4 @@
-"""Sets of vehicles, as a scenario names them: "all", "2-9, 12", "humans", "not humans"."""
+"""Sets of vehicles in the notation of a scenario: "all", "2-9, 12", "humans", "not humans"."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _RANGE = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?", re.ASCII)
 
 
 def members(text: str, size: int, groups: Mapping[str, frozenset[int]]) -> frozenset[int]:
-    """The vehicles, of 1..size, that `text` names; `groups` are those it may name.
+    """Return the vehicles of 1..size that `text` names; it may name these `groups`.
 
-    Raises ValueError, saying what is wrong and what is allowed.
+    Raises ValueError with what is wrong and what is allowed.
     """
     negated, terms = _terms(text)
     found: set[int] = set()
@@ -26,9 +26,10 @@ def members(text: str, size: int, groups: Mapping[str, frozenset[int]]) -> froze
 
 
 def at_most(text: str, size: int, groups: Mapping[str, int]) -> int:
-    """A bound on the number of vehicles that `text` names, from those on its groups.
+    """Return an upper bound on the number of vehicles that `text` names.
 
-    Takes no longer than to read the text. Raises ValueError where `members` would.
+    `groups` has the bounds of the groups. The time is linear in the length of the text. Raises
+    ValueError for the same texts as `members`.
     """
     negated, terms = _terms(text)
     count = sum(
@@ -38,13 +39,13 @@ def at_most(text: str, size: int, groups: Mapping[str, int]) -> int:
 
 
 def _terms(text: str) -> tuple[bool, list[str]]:
-    """Whether `text` begins with "not", and what it names."""
+    """Return whether `text` begins with "not", and the terms that it names."""
     terms = re.sub(r"^not\s+", "", text.strip())
     return terms != text.strip(), [term.strip() for term in terms.split(",")]
 
 
 def drawn(name: str, share: float, size: int, seed: int) -> frozenset[int]:
-    """round(share · size) vehicles of 1..size, drawn by seed and by the name of their group."""
+    """Return round(share · size) vehicles of 1..size, drawn by seed and the name of the group."""
 
     def lot(vehicle: int) -> bytes:
         return hashlib.sha256(f"{seed}/{name}/{vehicle}".encode()).digest()
@@ -53,13 +54,13 @@ def drawn(name: str, share: float, size: int, seed: int) -> frozenset[int]:
 
 
 def _span(term: str, size: int, groups: Collection[str]) -> range:
-    """The vehicles of "all", of a number or a range; raises ValueError."""
+    """Return the vehicles of "all", of a number or of a range; raises ValueError."""
     if term == "all":
         return range(1, size + 1)
     match = _RANGE.fullmatch(term)
     if match is None:
         names = f"all, {listed(groups)}" if groups else "all"
-        raise ValueError(f"{shown(term)} is neither a vehicle nor a range nor one of {names}")
+        raise ValueError(f"{shown(term)} is not a vehicle, a range or one of {names}")
     low, high = int(match[1]), int(match[2] or match[1])
     if not 1 <= low <= high <= size:
         raise ValueError(f"{term} is not within 1-{size}, the vehicles of fleet.size")

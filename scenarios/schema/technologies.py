@@ -1,4 +1,4 @@
-"""The technologies that come with the package: the columns of the paper's Table I."""
+"""The built-in technologies: the columns of the paper's Table I."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SUFFIX: Final = ".yaml"
 
 @cache
 def technologies() -> Mapping[str, Technology]:
-    """Return the technologies of the package by name, in order of bit rate as in Table I."""
+    """Return the built-in technologies by name, in order of bit rate as in Table I."""
     entries = files("zenvoy.scenarios").joinpath(RADIOS).iterdir()
     found = [_packaged(entry.name.removesuffix(_SUFFIX)) for entry in entries]
     return {each.name: each for each in sorted(found, key=lambda each: each.bit_rate_mbps)}
@@ -32,9 +32,9 @@ def default_technology() -> Technology:
 
 
 def technology_named(value: object) -> object:
-    """Return the technology of the package by its name; raises ValueError for any other text.
+    """Return the built-in technology of that name; raises ValueError for any other text.
 
-    What is no text is left for the schema to check.
+    Other values are returned as they are, for the schema to check.
     """
     if not isinstance(value, str):
         return value

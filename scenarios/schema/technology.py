@@ -1,4 +1,4 @@
-"""A V2V technology: a column of the paper's Table I, or one of a user's own."""
+"""A V2V technology: a column of the paper's Table I, or a user's own."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zenvoy.values.section import LARGEST, Positive, Section
 
 
 def _span(value: object) -> tuple[float, float]:
-    """10 as (10, 10), [20, 80] as (20, 80)."""
+    """Return 10 as (10, 10) and [20, 80] as (20, 80)."""
     bounds = value if isinstance(value, list | tuple) else (value, value)
     if len(bounds) != 2 or not all(map(_is_bound, bounds)) or bounds[0] > bounds[1]:
         raise ValueError
@@ -28,7 +28,7 @@ Span = Annotated[
     WithJsonSchema(
         {
             "type": "string",
-            "noun": "a number in [0, 1e9], or a list of two that do not fall, from and to",
+            "noun": "a number in [0, 1e9], or a list of two such numbers in ascending order",
         }
     ),
 ]
@@ -43,10 +43,10 @@ BitRate = Annotated[float, Field(ge=0.001, le=LARGEST)]
 class Technology(Section):
     """A V2V technology.
 
-    title, band_ghz, bandwidth, bit_rate, v2v and mimo are words for tables. A frame takes
-    delay_ms, drawn evenly from a span, and its bits at bit_rate_mbps. Without broadcast a sender
-    sends each neighbour a copy, one after the other. csma: whether carrier sense of IEEE 802.11
-    (`channel.medium.access: csma`) may be laid over it.
+    title, band_ghz, bandwidth, bit_rate, v2v and mimo are shown in tables only. The latency of a
+    frame is delay_ms, drawn uniformly from a span, plus its time on the air at bit_rate_mbps.
+    Without broadcast a sender sends each neighbour its own copy, one after the other. csma says
+    whether carrier sense of IEEE 802.11 (`channel.medium.access: csma`) is allowed.
     """
 
     name: Label

@@ -1,4 +1,4 @@
-"""What a scenario may say of how the file of a trace is to be read."""
+"""The options of a trace for reading its file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TIME_WORDS: Final = ("as-given", "from-first")
 
 
 def trace_file_schema() -> dict[str, dict[str, Any]]:
-    """The options as JSON schema, for messages and the reference."""
+    """Return the options as JSON schema, for messages and the reference."""
     return {
         "file": {"type": "string"},
         "column": {"type": "string"},
@@ -26,7 +26,7 @@ def trace_file_schema() -> dict[str, dict[str, Any]]:
 
 
 def _name(value: object) -> str:
-    """A column's name; one that is a number in YAML is a text all the same."""
+    """Return the name of a column as text, even if YAML reads it as a number."""
     if isinstance(value, str | int) and not isinstance(value, bool):
         return str(value)
     raise ValueError(f"{shown(value)} is not text, the name of a column")
@@ -67,7 +67,7 @@ def _cell(value: str | int | float) -> str:
     return value.strip() if isinstance(value, str) else trimmed(value)
 
 
-# By name of the option: what makes its value of what is given, or raises ValueError.
+# By name of the option: a function that converts a given value, or raises ValueError.
 READERS: Final[Mapping[str, Callable[[object], Any]]] = MappingProxyType(
     {
         "column": _name,

@@ -1,4 +1,4 @@
-"""Units of time and speed, as the headers of tables spell them."""
+"""Units of time and speed, and their spellings in the headers of tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from decimal import Decimal
 from types import MappingProxyType
 from typing import Final
 
-# What a value in the unit is multiplied by and divided by to be in m/s or s.
+# A value in the unit is multiplied by the first and divided by the second to be in m/s or s.
 Ratio = tuple[Decimal, Decimal]
 
 SPEEDS: Final[Mapping[str, Ratio]] = MappingProxyType(
@@ -44,15 +44,15 @@ _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 
 def unit_named(text: str, units: Iterable[str]) -> str | None:
-    """The one of `units` that `text` spells, in brackets or not; None where it spells none."""
-    said = text.strip().strip("[]()").strip().lower()
-    return next((unit for unit in units if said in (unit, *_SPELLINGS[unit])), None)
+    """Return the unit that `text` spells, in brackets or not; None if it is not one of `units`."""
+    spelling = text.strip().strip("[]()").strip().lower()
+    return next((unit for unit in units if spelling in (unit, *_SPELLINGS[unit])), None)
 
 
 def split_header(cell: str, units: Iterable[str]) -> tuple[str, str | None]:
-    """Name and unit of a column: "Speed [km/h]", "speed_kmh", "Target Speed, mph", "cycMps".
+    """Return the name and unit of a column such as "Speed [km/h]", "speed_kmh" or "cycMps".
 
-    The name is in small letters; the unit is one of `units`, or None where the cell names none.
+    The name is in lower case; the unit is one of `units`, or None if the cell names none.
     """
     units = tuple(units)
     bracketed = _BRACKETS.fullmatch(cell.strip())

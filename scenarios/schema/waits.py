@@ -1,4 +1,4 @@
-"""How long a vehicle waits for its technology, where a scenario does not say it."""
+"""The default of v2v_wait_ms: how long a vehicle waits for frames of its technology."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ if TYPE_CHECKING:
     from zenvoy.scenarios.schema.channel import Channel
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# Of wall time: what a process needs on a machine that is busy, so that few frames come too late.
+# Wall time that processes need on a busy machine so that few frames are late.
 _SLACK_MS: Final = 15.0
 
 
 def frame_ms(channel: Channel) -> float:
-    """Time of a frame on the air, ms, by the bit rate alone."""
+    """Return the time of a frame on the air, ms, from the bit rate alone."""
     return channel.frame_bytes * 8 / (channel.radio.bit_rate_mbps * 1e3)
 
 
 def own_wait_ms(scenario: Scenario) -> float:
-    """The longest delay of the technology and the time of a frame, up to the next whole ms.
+    """Return the longest delay of the technology plus the time of a frame, rounded up to whole ms.
 
-    In real time some slack is added, at most half of what is left of the period. 0, which is to
-    decide on what is at hand, where not even the wait fits into a period.
+    In real time some slack is added, at most half of the rest of the period. If the wait does not
+    fit into a period it is 0: a vehicle decides on the data that it has.
     """
     channel, period_ms = scenario.channel, scenario.period_ns * 1e-6
     wait_ms = float(math.ceil(channel.radio.delay_ms[1] + frame_ms(channel)))

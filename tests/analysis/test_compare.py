@@ -236,8 +236,8 @@ def test_runs_are_named_by_what_tells_them_apart(logs: list[str], names: list[st
 @pytest.mark.parametrize(
     ("logs", "labels", "said"),
     [
-        (["a.mcap"], [], "a.mcap: one run alone; name two or more to compare"),
-        (["a", "b"], ["x"], "--label: 1 for 2 runs; give one for each, or none"),
+        (["a.mcap"], [], "a.mcap: only one run; name two or more to compare"),
+        (["a", "b"], ["x"], "--label: 1 for 2 runs; give one per run, or none"),
         (["a", "b"], ["x", "x"], "--label 'x': each run needs a name of its own"),
         (["a", "b"], ["x", " "], "--label ' ': each run needs a name of its own"),
     ],
@@ -259,7 +259,7 @@ def test_what_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:
     refused = zenvoy(tmp_path, "compare", log, "--out", "out")
     assert (refused.code, refused.err) == (
         2,
-        f"{log}: one run alone; name two or more to compare\n",
+        f"{log}: only one run; name two or more to compare\n",
     )
 
 

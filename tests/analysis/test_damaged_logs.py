@@ -38,7 +38,7 @@ from zenvoy.analysis.log.repair import RepairError, repair
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import RESULT, RUN, sealed
 from zenvoy.bus.log_writer import LogWriter
-from zenvoy.cli.analyze import bearing
+from zenvoy.cli.analyze import damage_as_log_error
 
 SCENARIO = """
 duration_s: 3
@@ -283,9 +283,9 @@ def test_only_of_a_damaged_log_is_what_an_analysis_cannot_bear_a_line(
     del records[chunks(records)[-1]]
     damaged = load(written(path, put_together(records)))
     says = "too damaged to be analysed: IndexError: row"
-    with pytest.raises(LogError, match=says), bearing(damaged):
+    with pytest.raises(LogError, match=says), damage_as_log_error(damaged):
         raise IndexError("row")
-    with pytest.raises(IndexError), bearing(whole):
+    with pytest.raises(IndexError), damage_as_log_error(whole):
         raise IndexError("row")
 
 

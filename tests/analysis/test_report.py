@@ -210,7 +210,7 @@ def test_a_full_disk_leaves_no_half_file(folder: Path, tmp_path: Path) -> None:
     limit = (resource.RLIMIT_FSIZE, 50_000)
     outcome = zenvoy(tmp_path, "analyze", log, "--out", "out", limit=limit)
     assert outcome.code == 1
-    assert outcome.err == "out: cannot be written to: File too large\n"
+    assert outcome.err == "out: cannot write: File too large\n"
     assert list((tmp_path / "out").iterdir()) == []
 
 

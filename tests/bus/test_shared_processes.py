@@ -227,7 +227,7 @@ def test_a_process_of_several_that_dies_is_lost_and_the_run_goes_on(tmp_path: Pa
         assert (outcome.code, outcome.err) == (
             2,
             "--id 2: shares the process vehicles-01-02, which it cannot leave; allowed: a vehicle "
-            "that the run was started --without, or that is a process\n",
+            "that has a process of its own, or that --without left out\n",
         )
         (tmp_path / "5").mkdir()
         with command(tmp_path / "5", "vehicle", "--id", "5", "--run", "../out") as joined:

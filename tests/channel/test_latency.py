@@ -282,7 +282,7 @@ def refused(tmp_path: Path, channel: str) -> list[str]:
         ("{distribution: samples, file: none.csv}", "channel.latency.file: "),
         (
             "{distribution: samples, file: a.csv, samples_ms: [1]}",
-            "channel.latency.file: given beside samples_ms; allowed: one of both",
+            "channel.latency.file: given together with samples_ms; allowed: one of the two",
         ),
     ],
 )

@@ -266,8 +266,8 @@ def test_the_log_tells_how_busy_it_was(tmp_path: Path) -> None:
     [
         (
             "{technology: lte-a-pro, medium: {access: csma}}",
-            "channel.medium.access: csma is not for lte-a-pro; allowed: none, or ieee80211p, "
-            "ieee80211px, or one with csma: true",
+            "channel.medium.access: csma is not possible with lte-a-pro; allowed: none, or "
+            "csma with ieee80211p, ieee80211px, or with a technology that has csma: true",
         ),
         (
             "{medium: {congestion_control: reactive}}",

@@ -14,12 +14,12 @@ from typing import Final
 import pytest
 
 from tests.conftest import LIMIT_S
-from zenvoy.cli.streams import Outlet, install, settle
+from zenvoy.cli.streams import Outlet, flush, install
 
 ZENVOY: Final = f"{sys.executable} -m zenvoy.cli"
 SHORT: Final = "{duration_s: 1, fleet: {size: 3}}"
-FULL: Final = "standard output cannot be written to: No space left on device\n"
-CLOSED: Final = "standard output cannot be written to: Bad file descriptor\n"
+FULL: Final = "cannot write to standard output: No space left on device\n"
+CLOSED: Final = "cannot write to standard output: Bad file descriptor\n"
 
 
 def shell(cwd: Path, line: str, **env: str) -> tuple[int, str, bytes]:
@@ -109,8 +109,8 @@ def test_a_failed_write_ends_what_went_well_with_1(name: str, code: int, expecte
         sys.stdout = text_to((full if name == "stdout" else null).fileno())
         sys.stderr = text_to((full if name == "stderr" else null).fileno())
         print("a text", file=getattr(sys, name))
-        assert settle(code) == expected
-        assert settle(code) == expected
+        assert flush(code) == expected
+        assert flush(code) == expected
 
 
 @pytest.mark.usefixtures("streams")
@@ -119,8 +119,8 @@ def test_a_reader_that_has_had_enough_is_no_failure() -> None:
     os.close(reader)
     sys.stdout = text_to(writer)
     print("a text")
-    assert settle(0) == 0
-    assert settle(2) == 2
+    assert flush(0) == 0
+    assert flush(2) == 2
     os.close(writer)
 
 

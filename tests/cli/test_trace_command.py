@@ -74,7 +74,7 @@ def test_a_clock_of_1970_is_told_of(tmp_path: Path) -> None:
         (["none.csv"], "'none.csv' cannot be read: No such file or directory"),
         (
             ["oa.csv"],
-            "--column: not given, and no column is just a speed; allowed: one of Speed1, Speed2"
+            "--column: not given, and no column is called a speed; allowed: one of Speed1, Speed2"
             "  (oa.csv, line 6)",
         ),
         (

@@ -169,5 +169,5 @@ def test_a_package_of_the_extra_is_named_where_it_is_missing(
         raise ModuleNotFoundError(f"No module named '{missing}.sub'", name=f"{missing}.sub")
 
     assert outcome(alone, []) == 1
-    expected = f"{missing} is not installed; pip install 'zenvoy[analysis]' has all it takes\n"
+    expected = f"{missing} is not installed; run: pip install 'zenvoy[analysis]'\n"
     assert capsys.readouterr().err == expected

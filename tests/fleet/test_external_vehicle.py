@@ -192,7 +192,7 @@ def test_a_vehicle_joins_in_place_of_one_that_was_killed(tmp_path: Path) -> None
             wait_until(lambda: has_happened(tmp_path, *back), "it is back")
             assert joined.out == f"vehicle-03 has joined {told['run']}\n"
             again = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", "out")
-            assert (again.code, again.err) == (2, "--id 3: vehicle-03 is there already\n")
+            assert (again.code, again.err) == (2, "--id 3: vehicle-03 is in the run already\n")
             joined.send(signal.SIGINT)
             assert (joined.wait().code, joined.wait().err) == (130, "")
             gone = (*back, (pb.EVENT_PROCESS_LOST, 0, "vehicle-03"))
@@ -236,7 +236,7 @@ def test_in_lock_step_who_joins_is_waited_for_and_changes_nothing(
             outcome = started.wait()
             assert (outcome.code, outcome.err) == (0, "")
             assert (near.wait().code, far.wait().code) == (0, 0)
-    assert "without vehicle 2; to join: zenvoy vehicle --id 2 --run out\n" in outcome.out
+    assert "without vehicle 2; to join it: zenvoy vehicle --id 2 --run out\n" in outcome.out
     logs = [read_log(tmp_path / name / "run.mcap") for name in ("alone", "out")]
     assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
 
@@ -270,11 +270,11 @@ def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
         (("--without", "0"), "--without 0: is not in [1, 20], the vehicles of fleet.size (20)"),
         (
             ("--without", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process are for processes: --bus zenoh",
+            "--without, --listen and --vehicles-per-process need processes; allowed: --bus zenoh",
         ),
         (
             ("--vehicles-per-process", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process are for processes: --bus zenoh",
+            "--without, --listen and --vehicles-per-process need processes; allowed: --bus zenoh",
         ),
         (
             ("--listen", "127.0.0.1:7447"),
@@ -301,7 +301,7 @@ def test_what_a_run_cannot_do_without_is_refused(
     [
         (
             ("--run", "none"),
-            "--run none: has no connect.json; name the folder of a run under way, or say --connect",
+            "--run none: has no connect.json; name the folder of a run under way, or use --connect",
         ),
         (
             ("--run", "r1", "--connect", "unixsock-stream/none", "--timeout-s", "0.5"),
@@ -330,12 +330,12 @@ def test_who_does_not_fit_is_turned_away(tmp_path: Path) -> None:
             "--id 4: is not in [1, 3], the vehicles of the run\n",
         )
         outcome = zenvoy(tmp_path, "vehicle", "--id", "1", "--run", told["run"], *world)
-        assert (outcome.code, outcome.err) == (2, "--id 1: vehicle-01 is there already\n")
+        assert (outcome.code, outcome.err) == (2, "--id 1: vehicle-01 is in the run already\n")
         outcome = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", told["run"], *world)
         assert outcome.code == 2
         assert outcome.err.startswith("vehicle-03: no progress for 2 s, waiting for a reader of ")
         assert outcome.err.endswith(
-            "/beacon; --connect takes an endpoint of the world and one of the channel\n"
+            "/beacon; --connect needs an endpoint of the world and one of the channel\n"
         )
         outcome = zenvoy(
             tmp_path, "vehicle", "--id", "3", "--run", "another", *world, "--timeout-s", "1"

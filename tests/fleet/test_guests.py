@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 
 from tests.conftest import Outcome, zenvoy
 from zenvoy.bus.topics import plain_name
-from zenvoy.fleet.guests import FILE, GuestsError, guests, meeting, read_meeting
+from zenvoy.fleet.guests import FILE, GuestsError, endpoints_of, guests, read_endpoints
 from zenvoy.fleet.process_id import ProcessId
 
-MET = meeting("r1", Path("/sockets"), ["tcp/127.0.0.1:7001"])
+MET = endpoints_of("r1", Path("/sockets"), ["tcp/127.0.0.1:7001"])
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner),
@@ -30,7 +30,7 @@ JSON = st.recursive(
 
 def test_what_a_run_leaves_is_read_again(tmp_path: Path) -> None:
     MET.write(tmp_path)
-    assert read_meeting(tmp_path) == MET
+    assert read_endpoints(tmp_path) == MET
     assert MET.world == ("unixsock-stream//sockets/world", "tcp/127.0.0.1:7001")
     assert MET.channel == ("unixsock-stream//sockets/channel", "tcp/127.0.0.1:7002")
 
@@ -39,11 +39,11 @@ def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None
     """Its number may have been given to another process, which started later."""
     own = ProcessId.own()
     replace(MET, command=replace(own, started=own.started - 1)).write(tmp_path)
-    with pytest.raises(GuestsError, match=r"the run is over; connect.json is left of one that was"):
-        read_meeting(tmp_path)
+    with pytest.raises(GuestsError, match=r"the run was killed, and has left connect.json behind"):
+        read_endpoints(tmp_path)
     elsewhere = replace(MET, command=replace(own, started=1, boot="another machine's"))
     elsewhere.write(tmp_path)
-    assert read_meeting(tmp_path) == elsewhere
+    assert read_endpoints(tmp_path) == elsewhere
 
 
 @pytest.mark.parametrize(
@@ -59,17 +59,17 @@ def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None
 def test_what_makes_no_sense_is_refused(tmp_path: Path, told: dict[str, Any], wrong: str) -> None:
     good: dict[str, Any] = {"run": "r1", "world": ["tcp/a:1"], "channel": ["tcp/a:2"]}
     (tmp_path / FILE).write_text(json.dumps(good))
-    assert read_meeting(tmp_path).run == "r1"
+    assert read_endpoints(tmp_path).run == "r1"
     (tmp_path / FILE).write_text(json.dumps(good | told))
-    with pytest.raises(GuestsError, match=f"does not say where to connect to: {wrong}"):
-        read_meeting(tmp_path)
+    with pytest.raises(GuestsError, match=rf"connect\.json is not valid: {wrong}"):
+        read_endpoints(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 60_000, "nothing", '{"run": NaN}', "7" * 99_999])
 def test_what_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE).write_text(text)
-    with pytest.raises(GuestsError, match="does not say where to connect to"):
-        read_meeting(tmp_path)
+    with pytest.raises(GuestsError, match=r"connect\.json is not valid"):
+        read_endpoints(tmp_path)
 
 
 @given(JSON)
@@ -79,14 +79,14 @@ def test_whatever_it_says_there_is_one_kind_of_error(
     folder = tmp_path_factory.mktemp("met")
     (folder / FILE).write_text(json.dumps(told))
     with pytest.raises(GuestsError):
-        read_meeting(folder)
+        read_endpoints(folder)
 
 
 def test_only_a_file_is_read(tmp_path: Path) -> None:
     """A FIFO would keep its reader waiting for ever."""
     os.mkfifo(tmp_path / FILE)
     with pytest.raises(GuestsError, match=r"has no connect.json"):
-        read_meeting(tmp_path)
+        read_endpoints(tmp_path)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import pytest
 
 from tests.conftest import command, zenvoy
 from zenvoy.fleet import limits, sockets
-from zenvoy.fleet.ends import want_of
+from zenvoy.fleet.ends import shortage_of
 
 SHORT = """
 duration_s: 2
@@ -84,7 +84,7 @@ def test_too_few_processes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit does not hold for root, whom this test may be run by."""
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (100, 100))
-    with pytest.raises(limits.LimitError, match=r"limited to 100 \(ulimit -u\) with 0 there al"):
+    with pytest.raises(limits.LimitError, match=r"limited to 100 \(ulimit -u\), and 0 exist"):
         limits.require_room_for(10)
 
 
@@ -106,7 +106,7 @@ def test_too_little_memory_for_threads_is_told_in_a_line(tmp_path: Path) -> None
         assert started.left(0.0) == []
     if outcome.code:  # with luck it is just enough
         assert outcome.code == 1, outcome
-        cause = r"\S+ cannot go on: (no further thread can be started|out of memory|Zenoh: ).*"
+        cause = r"\S+ cannot go on: (cannot start another thread|out of memory|Zenoh: ).*"
         assert re.fullmatch(cause, outcome.err.partition("\n")[0]), outcome
     assert "Traceback" not in outcome.err
 
@@ -125,4 +125,4 @@ def test_too_little_memory_for_threads_is_told_in_a_line(tmp_path: Path) -> None
 def test_what_the_system_refuses_is_known_from_mistakes(
     error: Exception, expected: str | None
 ) -> None:
-    assert want_of(error) == expected
+    assert shortage_of(error) == expected

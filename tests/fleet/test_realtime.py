@@ -189,13 +189,13 @@ def test_however_it_ends_the_log_is_whole(tmp_path: Path, end: Callable[[Command
     [
         (
             ("--realtime", "--bus", "in-process"),
-            "clock: realtime is for a process per vehicle; allowed: --bus zenoh",
+            "clock: realtime needs processes; allowed: --bus zenoh",
         ),
         (("--realtime", "--speed", "11"), "speed: 11.0 is not in [0.1, 10]  (--speed 11.0)"),
         (("--realtime", "--speed", "0"), "speed: 0.0 is not in [0.1, 10]  (--speed 0.0)"),
         (
             ("--speed", "2"),
-            "speed: 2 is for clock: realtime; allowed in lock-step: 1  (--speed 2.0)",
+            "speed: 2 needs clock: realtime; allowed in lock-step: 1  (--speed 2.0)",
         ),
     ],
 )

@@ -359,7 +359,7 @@ def test_what_new_writes_runs_and_passes_its_test(tmp_path: Path) -> None:
     found = subprocess.run(tests, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "4 passed" in found.stdout, found.stdout
     again = zenvoy(tmp_path, "new", "law", "gap_keeper")
-    assert (again.code, again.err) == (2, "gap_keeper.py: is there already\n")
+    assert (again.code, again.err) == (2, "gap_keeper.py: exists already\n")
     wrong = zenvoy(tmp_path, "new", "law", "gap keeper")
     assert wrong.code == 2
     assert "is not the name of a Python module" in wrong.err

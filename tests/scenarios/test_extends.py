@@ -132,7 +132,7 @@ def test_built_in_scenarios_extend_built_in_ones_by_name(packaged: Write, write:
     for name, reference in (("paper/b", "../s.yaml"), ("paper/c", "base")):
         with pytest.raises(UnknownScenarioError) as caught:
             load(name)
-        assert str(caught.value).startswith(f"extends: {reference!r} is no built-in scenario; ")
+        assert str(caught.value).startswith(f"extends: {reference!r} is not a built-in scenario; ")
         assert str(caught.value).endswith(f"(built-in {name}, line 1)")
 
 
@@ -226,7 +226,7 @@ def test_a_setting_and_an_extension_repair_a_base(write: Write) -> None:
         (
             "[1]",
             InvalidScenarioError,
-            "a list is not a mapping, as the top level has to be  (base.yaml)",
+            "a list is not a mapping; the top level must be one  (base.yaml)",
         ),
     ],
 )
@@ -290,9 +290,9 @@ def test_a_base_that_is_missing(packaged: Write, write: Write, name: str, hint: 
 
 def test_circles_of_any_length(write: Write) -> None:
     write({"s.yaml": "seed: 1\nextends: s.yaml\n"})
-    allowed = "allowed: a scenario that is not in it"
+    allowed = "allowed: a scenario outside of it"
     assert refusal() == [
-        f"extends: 's.yaml' closes a circle: s.yaml → s.yaml; {allowed}  (s.yaml, line 2)"
+        f"extends: 's.yaml' closes a cycle: s.yaml → s.yaml; {allowed}  (s.yaml, line 2)"
     ]
     write(
         {
@@ -302,7 +302,7 @@ def test_circles_of_any_length(write: Write) -> None:
         }
     )
     assert refusal() == [
-        "extends: '../sub/a.yaml' closes a circle: sub/a.yaml → sub/b.yaml → sub/../sub/a.yaml; "
+        "extends: '../sub/a.yaml' closes a cycle: sub/a.yaml → sub/b.yaml → sub/../sub/a.yaml; "
         f"{allowed}  (sub/b.yaml, line 2)"
     ]
 
@@ -310,8 +310,8 @@ def test_circles_of_any_length(write: Write) -> None:
 def test_circles_in_the_package(packaged: Write) -> None:
     packaged({"a.yaml": "extends: b\n", "b.yaml": "extends: a\n"})
     assert refusal(name="a") == [
-        "extends: 'a' closes a circle: built-in a → built-in b → built-in a; "
-        "allowed: a scenario that is not in it  (built-in b, line 1)"
+        "extends: 'a' closes a cycle: built-in a → built-in b → built-in a; "
+        "allowed: a scenario outside of it  (built-in b, line 1)"
     ]
 
 

@@ -93,7 +93,7 @@ def test_only_regular_files_are_opened(write: Write, text: str) -> None:
 def test_files_have_a_largest_size(write: Write) -> None:
     with Path("large.yaml").open("wb") as file:
         file.truncate(LARGEST_BYTES + 1)
-    whole = "cannot be read: larger than 16 MiB, the most that is allowed  (large.yaml)"
+    whole = "cannot be read: larger than the limit of 16 MiB  (large.yaml)"
     assert refusal("large.yaml") == whole
     write("s.yaml", "extends: large.yaml\n")
     assert refusal() == whole
@@ -105,7 +105,7 @@ def test_what_is_packed_is_not_larger_either(write: Write) -> None:
     Path("s.yaml.gz").write_bytes(gzip.compress(b"") * 2_000)
     assert "cannot be read: more than 1000 parts" in refusal("s.yaml.gz")
     Path("s.yaml.gz").write_bytes(b"seed: 1\n")
-    assert "cannot be read: not a file of gzip" in refusal("s.yaml.gz")
+    assert "cannot be read: not a gzip file" in refusal("s.yaml.gz")
     Path("s.yaml.gz").write_bytes(gzip.compress(b"seed: 7\n"))
     assert load("s.yaml.gz").scenario.seed == 7
 
@@ -202,7 +202,8 @@ def test_a_flood_of_values_is_not_read_to_its_end(
 def test_sets_have_a_largest_size_together(write: Write) -> None:
     groups = ", ".join(f"{{name: g{n}, vehicles: all}}" for n in range(300))
     write("s.yaml", f"fleet: {{size: 10000, groups: [{groups}]}}\n")
-    text = "fleet.groups: sets of 3000000 vehicles together are more than 2000000  (s.yaml, line 1)"
+    text = "fleet.groups: the sets have 3000000 members together, more than the limit of 2000000"
+    text += "  (s.yaml, line 1)"
     assert refusal() == text
 
 

@@ -397,7 +397,7 @@ def test_a_csv_that_cannot_be_read(here: Here) -> None:
         "events.0.file: 'drive.csv' cannot be read: a folder, not a file  (s.yaml, line 2)"
     ]
     assert refusal('events.0.file="a\\0b"') == [
-        "events.0.file: 'a\\x00b' cannot be read: no file has such a name"
+        "events.0.file: 'a\\x00b' cannot be read: not a valid file name"
         '  (--set events.0.file="a\\0b")'
     ]
     Path("drive.csv").rmdir()
@@ -412,10 +412,10 @@ WAVE = "events:\n- {type: sine, vehicle: 1, at_s: 0, duration_s: 100, "
 @pytest.mark.parametrize(
     ("text", "lines"),
     [
-        (f"{HEAD}}}", ["events.0: neither file nor points is given; allowed: one of both"]),
+        (f"{HEAD}}}", ["events.0: neither file nor points is given; allowed: one of the two"]),
         (
             f"{HEAD}, file: drive.csv, points: [[0, 1], [1, 1]]}}",
-            ["events.0.file: given beside points; allowed: one of both"],
+            ["events.0.file: given together with points; allowed: one of the two"],
         ),
         (f"{HEAD}, file: 3}}", ["events.0.file: 3 is not text, the name of a CSV file"]),
         (f"{HEAD}, points: 3}}", ["events.0.points: 3 is not a list"]),

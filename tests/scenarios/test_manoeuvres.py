@@ -130,14 +130,14 @@ def test_a_schedule_of_models_alone_changes_no_target() -> None:
         (
             "{at_s: 1}",
             [
-                "control.schedule.0: nothing changes; allowed: model, desired_gap_m, "
+                "control.schedule.0: changes nothing; allowed: model, desired_gap_m, "
                 "desired_speed_mps or gains"
             ],
         ),
         (
             "{at_s: 1, gains: {}}",
             [
-                "control.schedule.0: nothing changes; allowed: model, desired_gap_m, "
+                "control.schedule.0: changes nothing; allowed: model, desired_gap_m, "
                 "desired_speed_mps or gains"
             ],
         ),
@@ -160,7 +160,7 @@ def test_a_schedule_of_models_alone_changes_no_target() -> None:
             [
                 "control.schedule.0.gains.k_x: unknown key; did you mean 'k_v'? "
                 "allowed: k_d, k_v, k_c",
-                "control.schedule.0: nothing changes; allowed: model, desired_gap_m, "
+                "control.schedule.0: changes nothing; allowed: model, desired_gap_m, "
                 "desired_speed_mps or gains",
             ],
         ),

@@ -100,7 +100,7 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
     [
         (
             "fleet: {<<: 3, size: 4}",
-            "fleet.<<: not a mapping, nor a list of mappings, as what << puts in has to be"
+            "fleet.<<: neither a mapping nor a list of mappings; << merges nothing else"
             "  (s.yaml, line 1)",
         ),
         (
@@ -114,7 +114,7 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
         ),
         (
             "fleet: &f {<<: *f}",
-            "more than 50 levels, the most that are allowed  (s.yaml, line 1)",
+            "more than the limit of 50 levels  (s.yaml, line 1)",
         ),
     ],
 )

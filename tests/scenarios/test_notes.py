@@ -39,7 +39,7 @@ def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
     [
         (
             "duration_s: 60\nevents: [{vehicle: 1, at_s: 60, duration_s: 1, deceleration_mps2: 1}]",
-            "events.0.at_s: begins at 60 s, and the run ends at 60 s  (s.yaml, line 2)",
+            "events.0.at_s: begins at 60 s, but the run ends at 60 s  (s.yaml, line 2)",
         ),
         (
             "duration_s: 60\ncontrol: {schedule: [{at_s: 61, model: FM}]}",
@@ -48,7 +48,7 @@ def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
         (
             "control:\n  schedule: [{at_s: 9, model: BCM}, {at_s: 9.5, desired_gap_m: 40}]\n"
             "  model: FM",
-            "control.schedule.1.desired_gap_m: 40 has no effect: no law then looks at the gap"
+            "control.schedule.1.desired_gap_m: 40 has no effect: no law uses it from then on"
             "  (s.yaml, line 2)",
         ),
         (
@@ -62,32 +62,31 @@ def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
         ),
         (
             "channel: {rules: [{from_s: 1}]}",
-            "channel.rules.0: says nothing of loss or latency, so it changes nothing"
-            "  (s.yaml, line 1)",
+            "channel.rules.0: sets neither loss nor latency, so it has no effect  (s.yaml, line 1)",
         ),
         (
             "channel: {outages: [{from_m: 1600, to_m: 1700}]}",
-            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1500 m "
-            "along the road  (s.yaml, line 1)",
+            "channel.outages.0: no vehicle is ever on this stretch; vehicles are from "
+            "0 m to 1500 m along the road  (s.yaml, line 1)",
         ),
         (
             OPEN + "channel: {outages: [{from_m: 1913}]}",
-            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1912.5 m "
-            "along the road  (s.yaml, line 4)",
+            "channel.outages.0: no vehicle is ever on this stretch; vehicles are from "
+            "0 m to 1912.5 m along the road  (s.yaml, line 4)",
         ),
         (
             OPEN + "channel: {outages: [{to_m: -1}]}",
-            "channel.outages.0: no vehicle is ever on this stretch; they are from 0 m to 1912.5 m "
-            "along the road  (s.yaml, line 4)",
+            "channel.outages.0: no vehicle is ever on this stretch; vehicles are from "
+            "0 m to 1912.5 m along the road  (s.yaml, line 4)",
         ),
         (
             "channel: {outages: [{source: 3, destination: 3}]}",
-            "channel.outages.0: covers no link: no vehicle of source sends to another one of "
+            "channel.outages.0: covers no link: no vehicle in source sends to another one in "
             "destination  (s.yaml, line 1)",
         ),
         (
             "fleet: {groups: [{name: few, share: 1%}]}",
-            "fleet.groups.0.share: nobody of 40 vehicles is in this group  (s.yaml, line 1)",
+            "fleet.groups.0.share: none of the 40 vehicles is in this group  (s.yaml, line 1)",
         ),
         (
             "fleet: {gap_m: 9}",
@@ -107,63 +106,64 @@ def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
         (
             OPEN
             + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 0], [1, 0.02], [9, 5]]}]",
-            "events.0.points: asks for -30 m/s² in its first 1 s, for the vehicle has about "
-            "30 m/s at its start and not 0; more than control.acceleration_limit_mps2 (3)"
-            "  (s.yaml, line 4)",
+            "events.0.points: needs -30 m/s² in its first 1 s, because the vehicle has about "
+            "30 m/s at its start instead of 0; this is more than "
+            "control.acceleration_limit_mps2 (3)  (s.yaml, line 4)",
         ),
         (
             OPEN + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 27], [9, 25]]}]",
-            "events.0.points: its first point, 27 m/s, is never met: the vehicle has about "
+            "events.0.points: the speed misses its first point, 27 m/s: the vehicle has about "
             "30 m/s then  (s.yaml, line 4)",
         ),
         (
             OPEN
             + "events: [{type: trace, vehicle: 1, at_s: 1, points: [[0, 30], [9, 30], [10, 25]]}]",
-            "events.0.points: asks for -5 m/s² at 10 s, more than "
+            "events.0.points: needs -5 m/s² at 10 s, more than "
             "control.acceleration_limit_mps2 (3)  (s.yaml, line 4)",
         ),
         (
             OPEN
             + "events: [{type: trace, vehicle: 1, at_s: 0, points: [[43200, 30], [43300, 25]]}]",
-            "events.0.at_s: begins at 43200 s, and the run ends at 60 s: its times begin at 43200; "
-            "time: from-first counts those of a file from there  (s.yaml, line 4)",
+            "events.0.at_s: begins at 43200 s, but the run ends at 60 s: its times begin at 43200; "
+            "time: from-first counts the times of a file from 0  (s.yaml, line 4)",
         ),
         (
             OPEN + "events: [{type: sine, vehicle: 1, at_s: 1, duration_s: 9, mean_mps: 30, "
             "amplitude_mps: 2, frequency_hz: 0.5}]",
-            "events.0.amplitude_mps: asks for 6.28 m/s² at 1 s, more than "
+            "events.0.amplitude_mps: needs 6.28 m/s² at 1 s, more than "
             "control.acceleration_limit_mps2 (3)  (s.yaml, line 4)",
         ),
         (
             "channel: {technology: lte-a-pro}\ncontrol: {v2v_wait_ms: 11}",
             "control.v2v_wait_ms: 11 ms is less than the least latency (20.001 ms): every frame "
-            "comes late, for a later cycle; null is 81, for the technology  (s.yaml, line 2)",
+            "is late, and counts in a later cycle; null, the default, gives 81 ms"
+            "  (s.yaml, line 2)",
         ),
         (
             "channel: {latency: {distribution: fixed, mean_ms: 60}}",
             "control.v2v_wait_ms: 11 ms is less than the least latency (60.4 ms): every frame "
-            "comes late, for a later cycle  (s.yaml, line 1)",
+            "is late, and counts in a later cycle  (s.yaml, line 1)",
         ),
         (
             "channel: {latency: {distribution: fixed, mean_ms: 160}}\ncontrol: {v2v_wait_ms: 0}",
             "channel.latency: a period (100 ms) is less than the least latency (160.4 ms): every "
-            "frame comes late, for a later cycle  (s.yaml, line 1)",
+            "frame is late, and counts in a later cycle  (s.yaml, line 1)",
         ),
         (
             "clock: realtime\ncontrol: {v2v_wait_ms: 11}",
             "control.v2v_wait_ms: 11 ms leaves 0.6 ms of wall time after the first frames: in real "
-            "time most of them miss their decision; null is 26, for the technology"
+            "time most of them miss their decision; null, the default, gives 26 ms"
             "  (s.yaml, line 2)",
         ),
         (
             "fleet: {gap_m: 60}\ncontrol: {desired_gap_m: 60}\nchannel: {technology: 5g-mmwave}",
             "channel.technology: a range of 50 m is less than fleet.gap_m (60): at the start "
-            "nobody hears anybody  (s.yaml, line 3)",
+            "no frame is received  (s.yaml, line 3)",
         ),
         (
             "beacons: {rule: every-nth, every: 20}",
-            "control.beacon_age_limit_ms: 1000 is less than the age that data reach before newer "
-            "ones come (1900 ms): vehicles fall back again and again  (s.yaml, line 1)",
+            "control.beacon_age_limit_ms: 1000 is less than the age of data when the next "
+            "beacon arrives (1900 ms): vehicles fall back again and again  (s.yaml, line 1)",
         ),
     ],
 )

@@ -92,14 +92,14 @@ def test_what_was_left_out_is_counted() -> None:
                 (
                     6,
                     "column",
-                    "not given, and no column is just a speed; allowed: one of Speed1, Speed2",
+                    "not given, and no column is called a speed; allowed: one of Speed1, Speed2",
                 )
             ],
         ),
         (
             forms.OPENACC,
             Choice(column="speed3", time_column="Lon1"),
-            [(6, "column", "'speed3' is no column; allowed: one of Speed1, Speed2")],
+            [(6, "column", "'speed3' is not a column; allowed: one of Speed1, Speed2")],
         ),
         (
             forms.OPENACC,
@@ -119,7 +119,7 @@ def test_what_was_left_out_is_counted() -> None:
                 (
                     1,
                     "column",
-                    "not given, and 2 columns are a speed; allowed: one of speed_mps",
+                    "not given, and 2 columns are called a speed; allowed: one of speed_mps",
                 )
             ],
         ),
@@ -135,8 +135,8 @@ def test_what_was_left_out_is_counted() -> None:
                 (
                     1,
                     "where",
-                    "'vehicle' is no column; allowed: one of timestep_time, vehicle_id, vehicle_x, "
-                    "vehicle_y, vehicle_angle, vehicle_type, vehicle_speed, vehicle_pos",
+                    "'vehicle' is not a column; allowed: one of timestep_time, vehicle_id, "
+                    "vehicle_x, vehicle_y, vehicle_angle, vehicle_type, vehicle_speed, vehicle_pos",
                 )
             ],
         ),
@@ -174,14 +174,14 @@ def test_what_was_left_out_is_counted() -> None:
         (
             "v,speed_mps\n0,1\n",
             Choice(column="v", time_column="v", unit="m/s"),
-            [(1, "column", "'v' is the column of times too")],
+            [(1, "column", "'v' is also the column of times")],
         ),
         (
             "root:secret,of:somebody\nnext,line\n",  # the text of what is no table is not shown
             Choice(),
             [(None, "", "no line names a time and a speed, as the header time_s,speed_mps does")],
         ),
-        ("time,speed_mps\n", Choice(), [(1, "", "no row is below the header")]),
+        ("time,speed_mps\n", Choice(), [(1, "", "there is no row below the header")]),
     ],
 )
 def test_what_cannot_be_read_is_told_with_its_line(
@@ -281,7 +281,7 @@ def test_an_hour_at_ten_hertz(event: Callable[..., Any]) -> None:
         (
             "column: Speed7, unit: m/s",
             [
-                "events.0.column: 'Speed7' is no column; allowed: one of Speed1, Speed2"
+                "events.0.column: 'Speed7' is not a column; allowed: one of Speed1, Speed2"
                 "  (s.yaml, line 2)"
             ],
         ),
@@ -318,10 +318,10 @@ def test_what_a_scenario_may_not_say_of_a_file(
 @pytest.mark.parametrize(
     ("data", "why"),
     [
-        (gzip.compress(forms.EPA.encode(), mtime=0) + b"more", "not a file of gzip"),
-        (forms.EPA.encode(), "not a file of gzip"),
+        (gzip.compress(forms.EPA.encode(), mtime=0) + b"more", "not a gzip file"),
+        (forms.EPA.encode(), "not a gzip file"),
         (gzip.compress(forms.EPA.encode(), mtime=0)[:-9], "its end is missing"),
-        (gzip.compress(b"0" * (17 << 20), mtime=0), "more than 16 MiB, the most that are allowed"),
+        (gzip.compress(b"0" * (17 << 20), mtime=0), "larger than the limit of 16 MiB"),
     ],
     ids=["more", "text", "cut", "huge"],
 )

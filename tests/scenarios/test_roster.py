@@ -48,9 +48,9 @@ def test_sets_as_they_are_written(text: str, expected: set[int]) -> None:
         ("7", "7 is not within 1-6, the vehicles of fleet.size"),
         ("0-2", "0-2 is not within 1-6, the vehicles of fleet.size"),
         ("4-2", "4-2 is not within 1-6, the vehicles of fleet.size"),
-        ("robots", "'robots' is neither a vehicle nor a range nor one of all, humans"),
-        ("", "'' is neither a vehicle nor a range nor one of all, humans"),
-        ("1,,2", "'' is neither a vehicle nor a range nor one of all, humans"),
+        ("robots", "'robots' is not a vehicle, a range or one of all, humans"),
+        ("", "'' is not a vehicle, a range or one of all, humans"),
+        ("1,,2", "'' is not a vehicle, a range or one of all, humans"),
     ],
 )
 def test_sets_that_make_no_sense(text: str, told: str) -> None:
@@ -154,15 +154,15 @@ control:
         load_scenario(file)
     assert str(refusal.value).replace(str(tmp_path) + "/", "").splitlines() == [
         "fleet.size: 10 is not at least 11, which MBCM needs on the ring  (s.yaml, line 2)",
-        "fleet.groups.1.name: 'all' means something else in a set  (s.yaml, line 5)",
-        "fleet.groups.2.name: 'humans' is another group's name already  (s.yaml, line 6)",
+        "fleet.groups.1.name: 'all' has another meaning in a set of vehicles  (s.yaml, line 5)",
+        "fleet.groups.2.name: 'humans' is already the name of another group  (s.yaml, line 6)",
         "fleet.groups.2.vehicles: 11 is not within 1-10, the vehicles of fleet.size"
         "  (s.yaml, line 6)",
-        "fleet.groups.3: both of vehicles and share; allowed: one of them  (s.yaml, line 7)",
-        "fleet.groups.4: neither of vehicles and share; allowed: one of them  (s.yaml, line 8)",
+        "fleet.groups.3: both vehicles and share; allowed: one of the two  (s.yaml, line 7)",
+        "fleet.groups.4: neither vehicles nor share; allowed: one of the two  (s.yaml, line 8)",
         "control.multi_node.weights: 3 numbers, not one for each of"
         " control.multi_node.neighbours (5)  (s.yaml, line 11)",
-        "control.schedule.2.vehicles: 'humens' is neither a vehicle nor a range nor one of"
+        "control.schedule.2.vehicles: 'humens' is not a vehicle, a range or one of"
         " all, humans, both, neither  (s.yaml, line 15)",
     ]
 

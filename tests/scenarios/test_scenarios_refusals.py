@@ -59,7 +59,7 @@ def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
         ("duration_s: -.inf", "duration_s: -inf is not in (0, 1e9]  (s.yaml, line 1)"),
         ("duration_s: 0", "duration_s: 0 is not in (0, 1e9]  (s.yaml, line 1)"),
         ("{clock: realtime, speed: 20}", "speed: 20 is not in [0.1, 10]  (s.yaml, line 1)"),
-        ("speed: 2", "speed: 2 is for clock: realtime; allowed in lock-step: 1  (s.yaml, line 1)"),
+        ("speed: 2", "speed: 2 needs clock: realtime; allowed in lock-step: 1  (s.yaml, line 1)"),
         ("clock: fast", "clock: 'fast' is not one of lock-step, realtime  (s.yaml, line 1)"),
         ("duration_s: 1e10", "duration_s: 10000000000.0 is not in (0, 1e9]  (s.yaml, line 1)"),
         ("period_ms: 0.5", "period_ms: 0.5 is not in [1, 10000]  (s.yaml, line 1)"),
@@ -169,7 +169,7 @@ def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None
         ),
         (
             "control: {schedule: [{at_s: 1}]}",
-            "control.schedule.0: nothing changes; allowed: model, desired_gap_m, "
+            "control.schedule.0: changes nothing; allowed: model, desired_gap_m, "
             "desired_speed_mps or gains  (s.yaml, line 1)",
         ),
         (
@@ -258,7 +258,7 @@ def test_values_that_just_agree(tmp_path: Path) -> None:
             "fleet:\n  size: 4\n  gap_m: 9\n  size: 4\n",
             "fleet.size: given twice, first in s.yaml, line 2; allowed: once  (s.yaml, line 4)",
         ),
-        ("? [a]\n: 1\n", "a key is a list or a mapping; allowed: a text  (s.yaml, line 1)"),
+        ("? [a]\n: 1\n", "a key is a list or a mapping; allowed: text  (s.yaml, line 1)"),
         (
             "seed: !dice 6",
             "seed: the tag !dice is not one of !!map, !!seq, !!null, !!bool, !!int, !!float, !!str"
@@ -285,15 +285,15 @@ def test_values_that_just_agree(tmp_path: Path) -> None:
         ),
         (
             'description: "\\ud800"',
-            "description: '\\ud800' is not text; half a surrogate pair is no character"
+            "description: '\\ud800' is not text; half a surrogate pair is not a character"
             "  (s.yaml, line 1)",
         ),
         (
             '"\\ud800": 1',
-            "'\\ud800' is not text; half a surrogate pair is no character  (s.yaml, line 1)",
+            "'\\ud800' is not text; half a surrogate pair is not a character  (s.yaml, line 1)",
         ),
-        ("[1, 2]", "a list is not a mapping, as the top level has to be  (s.yaml)"),
-        ("hello", "text is not a mapping, as the top level has to be  (s.yaml)"),
+        ("[1, 2]", "a list is not a mapping; the top level must be one  (s.yaml)"),
+        ("hello", "text is not a mapping; the top level must be one  (s.yaml)"),
         ("", "empty; allowed: a mapping ({} for the defaults alone)  (s.yaml)"),
         ("# nothing\n", "empty; allowed: a mapping ({} for the defaults alone)  (s.yaml)"),
     ],
@@ -326,15 +326,15 @@ def test_yaml_that_a_scenario_may_not_use(refusal: Refusal, text: str, line: str
             "not valid YAML: U+0007 is not a printable character  (s.yaml, line 2)",
         ),
         (b"seed: 1\n# \xff\n", "not UTF-8: byte 0xff  (s.yaml, line 2)"),
-        ("a: &a\n  b: *a", "more than 50 levels, the most that are allowed  (s.yaml, line 2)"),
-        ("[" * 5000, "more than 50 levels, the most that are allowed  (s.yaml)"),
+        ("a: &a\n  b: *a", "more than the limit of 50 levels  (s.yaml, line 2)"),
+        ("[" * 5000, "more than the limit of 50 levels  (s.yaml)"),
         (
             "a: &a [0,0,0,0,0,0,0,0,0,0]\n"
             + "".join(
                 f"{b}: &{b} [{','.join([f'*{a}'] * 10)}]\n"
                 for a, b in zip("abcde", "bcdef", strict=True)
             ),
-            "more than 200000 values, the most that are allowed  (s.yaml, line 1)",
+            "more than the limit of 200000 values  (s.yaml, line 1)",
         ),
     ],
 )
@@ -387,9 +387,9 @@ def test_unknown_names(
             ["chanel.loss.p=1"],
             f"chanel: unknown key; did you mean 'channel'? allowed: {TOP}  (--set chanel.loss.p=1)",
         ),
-        (["seed"], "not of the form key=value, for instance channel.loss.p=0.3  (--set seed)"),
-        (["=1"], "not of the form key=value, for instance channel.loss.p=0.3  (--set =1)"),
-        (["a..b=1"], "not of the form key=value, for instance channel.loss.p=0.3  (--set a..b=1)"),
+        (["seed"], "not of the form key=value, such as channel.loss.p=0.3  (--set seed)"),
+        (["=1"], "not of the form key=value, such as channel.loss.p=0.3  (--set =1)"),
+        (["a..b=1"], "not of the form key=value, such as channel.loss.p=0.3  (--set a..b=1)"),
         (
             ["seed=["],
             "not valid YAML: while parsing a flow node, expected the node content, but found "

@@ -64,12 +64,12 @@ def test_what_is_written_later_counts(tmp_path: Path) -> None:
     [
         (
             "fleet: {gap_m: 10, bumper_gap_m: 5}",
-            "fleet.bumper_gap_m: given beside gap_m; allowed: one of both",
+            "fleet.bumper_gap_m: given together with gap_m; allowed: one of the two",
         ),
         (
             "control: {schedule: [{at_s: 1, desired_gap_m: 10, desired_bumper_gap_m: 5}]}",
-            "control.schedule.0.desired_bumper_gap_m: given beside desired_gap_m; "
-            "allowed: one of both",
+            "control.schedule.0.desired_bumper_gap_m: given together with desired_gap_m; "
+            "allowed: one of the two",
         ),
         ("fleet: {bumper_gap_m: 0}", "fleet.bumper_gap_m: 0 is not in (0, 1e9]"),
         ("fleet: {bumper_gap_m: .nan}", "fleet.bumper_gap_m: nan is not in (0, 1e9]"),

@@ -160,9 +160,9 @@ def test_replaced_values_act_as_those_of_a_technology(tmp_path: Path) -> None:
         ),
         (
             "root:x:0:0\n",
-            "channel.technology: not a technology: a mapping with keys of name, title, band_ghz, "
-            "bandwidth, range_m, bit_rate, bit_rate_mbps, delay_ms, broadcast, csma, v2v, mimo"
-            "  (mine.yaml)",
+            "channel.technology: not a technology, which is a mapping with keys of name, title, "
+            "band_ghz, bandwidth, range_m, bit_rate, bit_rate_mbps, delay_ms, broadcast, csma, "
+            "v2v, mimo  (mine.yaml)",
         ),
     ],
 )
@@ -184,7 +184,7 @@ def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").rmdir()
     with (tmp_path / "mine.yaml").open("wb") as file:
         file.truncate(2**24 + 1)
-    assert refusal(path) == [said.format("larger than 16 MiB, the most that is allowed")]
+    assert refusal(path) == [said.format("larger than the limit of 16 MiB")]
 
 
 def test_the_text_of_any_other_file_is_in_no_message(tmp_path: Path) -> None:
@@ -202,8 +202,8 @@ def test_a_technology_may_say_that_it_shares_the_medium_by_carrier_sense(tmp_pat
     path = tmp_path / "s.yaml"
     path.write_text("channel: {technology: mine.yaml, medium: {access: csma}}")
     assert refusal(path) == [
-        "channel.medium.access: csma is not for mine; allowed: none, or ieee80211p, ieee80211px, "
-        "or one with csma: true  (s.yaml, line 1)"
+        "channel.medium.access: csma is not possible with mine; allowed: none, or csma with "
+        "ieee80211p, ieee80211px, or with a technology that has csma: true  (s.yaml, line 1)"
     ]
     (tmp_path / "mine.yaml").write_text(MINE + "csma: true\n")
     assert load(path).scenario.channel.medium.access == "csma"

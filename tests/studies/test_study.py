@@ -48,7 +48,7 @@ def in_a_process_of_its_own(folder: Path, engine: Engine) -> str:
         from pathlib import Path
         from zenvoy.studies.cell import Cell
         from zenvoy.studies.study import Study
-        Study(folder=Path({str(folder)!r}), engine={engine!r}, jobs=2, tell=print).run(
+        Study(folder=Path({str(folder)!r}), engine={engine!r}, jobs=2, on_line=print).run(
             [{BCM!r}, {PBCM!r}]
         )
     """
@@ -61,10 +61,10 @@ def in_a_process_of_its_own(folder: Path, engine: Engine) -> str:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_digests_are_those_of_the_logs(tmp_path: Path, engine: Engine) -> None:
-    assert in_a_process_of_its_own(tmp_path / "runs", engine) == "2 runs, 0 of them there already"
+    assert in_a_process_of_its_own(tmp_path / "runs", engine) == "2 runs, 0 of them done already"
     told: list[str] = []
-    found = Study(folder=tmp_path / "runs", tell=told.append).run([BCM, PBCM])
-    assert told == ["2 runs, 2 of them there already"]
+    found = Study(folder=tmp_path / "runs", on_line=told.append).run([BCM, PBCM])
+    assert told == ["2 runs, 2 of them done already"]
     for cell in (BCM, PBCM):
         text = f"extends: {cell.scenario}\nduration_s: 2\nseed: 2\nfleet: {{size: 8}}\nevents:\n"
         text += "  - {vehicle: 5, at_s: 0.5, duration_s: 2, deceleration_mps2: 3}\n"
@@ -86,8 +86,8 @@ def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
     half.mkdir()
     (half / "run.mcap").write_bytes(b"half a log of a run that was stopped")
     told: list[str] = []
-    again = Study(folder=tmp_path, jobs=2, tell=told.append).run([BCM, PBCM])
-    assert told == ["2 runs, 1 of them there already", f"1 of 1: {_named(PBCM)}"]
+    again = Study(folder=tmp_path, jobs=2, on_line=told.append).run([BCM, PBCM])
+    assert told == ["2 runs, 1 of them done already", f"1 of 1: {_named(PBCM)}"]
     assert again[BCM].facts == first[BCM].facts
     for file, at_ns in made_ns.items():
         assert file.stat().st_mtime_ns == at_ns
@@ -153,7 +153,7 @@ def test_reproduce_leaves_tables_figures_and_claims(tmp_path: Path) -> None:
     assert claims.count("**not tested**") >= 15
     before = {file.name: file.read_bytes() for file in out.iterdir()}
     again = zenvoy(tmp_path, *arguments)
-    assert "runs, 182 of them there already" in again.out
+    assert "runs, 182 of them done already" in again.out
     assert {file.name: file.read_bytes() for file in out.iterdir()} == before
 
 
