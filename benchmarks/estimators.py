@@ -192,7 +192,7 @@ def main() -> None:
         *time_table().lines,
         "",
         f"RMSE in the paper's case 15 ({DURATION_S} s, 40 vehicles, in-process), the largest",
-        "distance of any vehicle from its position with `kalman`, and the user CPU time of the run.",
+        "distance of a vehicle from its position with `kalman`, and the user CPU time of the run.",
         "",
         *error_table().lines,
         "",

@@ -60,7 +60,7 @@ def measure(jobs: Mapping[str, Job], limit_s: float) -> float:
 
 
 def _run(job: Job, control: Control, gate: Connection) -> None:
-    """Run the job in a child. It closes its copy of the gate, whose end then is the parent's signal."""
+    """Run the job in a child, which closes its copy of the gate so that only one is left."""
     gate.close()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C and ends its children
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
