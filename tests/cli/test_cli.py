@@ -73,7 +73,7 @@ def test_a_run_says_how_it_went_and_where_it_is(done: tuple[Path, Outcome]) -> N
     assert printed["end"] == ["complete"]
     assert printed["fingerprint"] == [log.result["fingerprint"]]
     assert printed["cycles"][0].startswith("20: 2 s simulated in ")
-    assert outcome.out.splitlines()[-1] == "in a/b"
+    assert outcome.out.splitlines()[-1] == "written to a/b"
 
 
 def test_info_tells_what_the_log_says(done: tuple[Path, Outcome]) -> None:

@@ -39,7 +39,7 @@ def test_sockets_are_never_outside_their_folder(tmp_path: Path, name: str) -> No
 
 
 def test_where_no_folder_serves_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sockets, "_ELSEWHERE", ())
+    monkeypatch.setattr(sockets, "_FALLBACKS", ())
     monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere#")
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
     with pytest.raises(OSError, match=r"no folder for Unix sockets, .*; tried /nowhere#"):

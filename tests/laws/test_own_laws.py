@@ -440,7 +440,7 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
         ("kind: kf", "estimator.kind: 'kf' is not one of kalman, ekf, ukf"),
         (
             "kind: ekf, parameters: {gain: 1}",
-            "estimator.parameters: given, but Zenvoy's own estimators have none",
+            "estimator.parameters: given, but the built-in estimators have none",
         ),
         (
             'kind: "mine:constant", parameters: {gain: high}',
