@@ -29,7 +29,7 @@ from zenvoy.world.recorder import Labels
 # All processes notice a stall at once. The channel knows whose beacon is missing, while the world
 # only misses commands, so the world waits longer and lets the channel report first.
 _WORLD_PATIENCE: Final = 1.25
-# Code of the scenario's own may hang for the stall limit. Its vehicle reports it, so both wait longer.
+# The scenario's own code may hang for the stall limit. Its vehicle reports it, so both wait longer.
 _CODE_PATIENCE: Final = 1.2
 
 
