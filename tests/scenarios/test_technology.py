@@ -146,12 +146,12 @@ def test_replaced_values_act_as_those_of_a_technology(tmp_path: Path) -> None:
         (
             MINE.replace("delay_ms: [5, 15]\n", ""),
             "channel.technology.delay_ms: missing; allowed: a number in [0, 1e9], or a list of "
-            "two that do not fall, from and to  (mine.yaml)",
+            "two such numbers in ascending order  (mine.yaml)",
         ),
         (
             MINE.replace("[5, 15]", "[15, 5]"),
             "channel.technology.delay_ms: a list is not a number in [0, 1e9], or a list of two "
-            "that do not fall, from and to  (mine.yaml, line 3)",
+            "such numbers in ascending order  (mine.yaml, line 3)",
         ),
         (
             MINE + "range_m: 3\n",
