@@ -119,8 +119,7 @@ def test_no_outage_costs_nothing() -> None:
         ),
         (
             "{destination: trucks}",
-            "channel.outages.0.destination: 'trucks' is neither a vehicle nor a range nor one"
-            " of all",
+            "channel.outages.0.destination: 'trucks' is not a vehicle, a range or one of all",
         ),
         (
             "{from_s: 5, until_s: 5}",
