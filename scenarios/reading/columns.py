@@ -89,7 +89,7 @@ def no_header(text: str, choice: Choice) -> RecordingError:
         count = len(_matching(header, wanted, units, words))
         allowed = f"allowed: one of {listed([n for n in names if what in n.lower()] or names)}"
         if wanted is not None and count != 1:
-            how = "no column" if count == 0 else f"the name of {count} columns"
+            how = "not a column" if count == 0 else f"the name of {count} columns"
             problems.append((line, key, f"{shown(wanted)} is {how}; {allowed}"))
         elif wanted is None and count > 1:
             text = f"not given, and {count} columns are called a {what}; {allowed}"
