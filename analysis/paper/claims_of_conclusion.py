@@ -22,14 +22,14 @@ def best_everywhere(evidence: Evidence) -> Answer:
         texts.append(f"{pair.title}: PBCM {pbcm.text()} m, {spread.text(3)} m/s")
     best = all(_is_best(evidence, "", pair) for pair in PAIRS)
     why = (
-        "At each of the four pairs the 95 % intervals of PBCM lie clear of those of all others, for"
-        " both figures."
+        "At each of the four pairs, PBCM's 95 % intervals of both quantities do not overlap with"
+        " those of any other model."
         if best
-        else "Not at every pair do the 95 % intervals of PBCM lie clear of all others."
+        else "At some pairs PBCM's 95 % intervals overlap with those of another model."
     )
     if "open/" + case("PBCM", PAIRS[0]) in evidence.runs:
         there = sum(_is_best(evidence, "open/", pair) for pair in PAIRS)
-        why += f" On the open road the same is true of {there} of the four pairs."
+        why += f" On the open road the same is true for {there} of the four pairs."
     return Answer(
         ours="MinDistance after 100 s and spread of speed: " + "; ".join(texts),
         verdict="confirmed" if best else "not confirmed",

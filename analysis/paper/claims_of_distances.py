@@ -35,7 +35,8 @@ def dip_of_pbcm(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"from {before.text()} to {dip.text(2, 'm')}",
         verdict="confirmed" if near else "not confirmed",
-        why="Before the braking it is FM on the readings that decides, then the braking itself.",
+        why="Before the braking, FM on the readings determines MinDistance, and then the braking"
+        " itself.",
     )
 
 
@@ -52,9 +53,9 @@ def dips_of_the_others(evidence: Evidence) -> Answer:
     return Answer(
         ours=", ".join(f"{model} {dip.text()}" for model, dip in dips.items()) + " m",
         verdict="weaker" if order else "not confirmed",
-        why=f"PBCM's dip is {gain:.2f} m less deep than BCM's, in the paper 9 m. In two seconds a"
-        " vehicle that brakes at 3 m/s² comes up to 6 m nearer to the one behind; there is little"
-        " that controllers can do in that time, with or without estimates.",
+        why=f"PBCM's dip is {gain:.2f} m shallower than BCM's; in the paper the difference is 9 m."
+        " In two seconds of braking at 3 m/s² the gap behind a vehicle shrinks by up to 6 m. In"
+        " that time controllers can do little, with or without estimates.",
     )
 
 
@@ -76,9 +77,9 @@ def settles(evidence: Evidence) -> Answer:
         verdict=("weaker" if ends["BCM"].mean > 32.0 else "confirmed")
         if order and near
         else "not confirmed",
-        why="PBCM is best, and where the paper has it. BCM and MBCM lose less to the same readings"
-        " than in the paper. MBCM's chains add up the errors of several radars, so looking farther"
-        " does not pay here.",
+        why="PBCM is best, and its value agrees with the paper. BCM and MBCM suffer less from the"
+        " same errors than in the paper. MBCM adds up the errors of several radars, so looking"
+        " farther does not help here.",
     )
 
 
@@ -102,8 +103,8 @@ def insensitive_to_error(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"change of MinDistance: {figures} m",
         verdict="confirmed" if least else "not confirmed",
-        why="Same seeds, so the changes are of like runs. PBCM acts on estimates, whose error is a"
-        " fraction of that of the readings.",
+        why="The runs have the same seeds, so they can be compared one by one. PBCM acts on"
+        " estimates, whose error is a fraction of that of the readings.",
     )
 
 
@@ -130,8 +131,9 @@ def delay(evidence: Evidence) -> Answer:
         verdict="not confirmed"
         if fall < 0.5 or not steeper
         else ("weaker" if fall < 3.0 else "confirmed"),
-        why="With these gains 0.1 s more is little against the time constants of the laws (the"
-        " slowest ring mode decays within tens of seconds), and all bilateral models stay stable.",
+        why="With these gains, an additional 0.1 s is small compared with the time constants of the"
+        " laws (the slowest ring mode takes tens of seconds to decay), and all bilateral models"
+        " stay stable.",
     )
 
 
@@ -139,7 +141,7 @@ def _recoveries(evidence: Evidence, model: str) -> list[float]:
     return [recovery_s(run) for pair in PAIRS for run in evidence[case(model, pair)]]
 
 
-def _told(values: list[float]) -> str:
+def _times(values: list[float]) -> str:
     back = [value for value in values if not math.isnan(value)]
     if not back:
         return "never"
@@ -156,11 +158,11 @@ def recovery_of_pbcm(evidence: Evidence) -> Answer:
     times = _recoveries(evidence, "PBCM")
     within = sum(time <= 50.0 for time in times)
     return Answer(
-        ours=f"until its mean over 5 s is back, for good, within 0.5 m of what it was before:"
-        f" {_told(times)}; {within} of {len(times)} runs within 50 s",
+        ours=f"time until its mean over 5 s stays within 0.5 m of its earlier value:"
+        f" {_times(times)}; {within} of {len(times)} runs within 50 s",
         verdict="confirmed" if within == len(times) else "weaker",
-        why="All four pairs of error and delay. With 3 % it takes longer than with 10 %, since"
-        " there is more to come back to: FM at 10 % starts from a lower MinDistance.",
+        why="This covers all four pairs of error and delay. With 3 % it takes longer than with 10"
+        " %, because the earlier value is higher: under FM, an error of 10 % lowers MinDistance.",
     )
 
 
@@ -176,11 +178,11 @@ def recovery_of_the_others(evidence: Evidence) -> Answer:
         for of, limit in ((bcm, 250.0), (mbcm, 60.0))
     )
     return Answer(
-        ours=f"BCM {_told(bcm)}; MBCM {_told(mbcm)}",
+        ours=f"BCM {_times(bcm)}; MBCM {_times(mbcm)}",
         verdict="confirmed" if slow > len(bcm) / 2 else "not confirmed",
-        why="The slowest mode of BCM on this ring decays with a time constant of 32 s with the"
-        " gains used here, that of MBCM with 15 s. Long times are not of the braking: readings"
-        f" alone keep the distances moving, and {late} of {len(mbcm)} runs of MBCM leave the band"
+        why="With the gains used here, the slowest mode on this ring decays with a time constant of"
+        " 32 s under BCM and 15 s under MBCM. The braking does not cause the long times: sensor"
+        f" errors keep the distances moving, and {late} of {len(mbcm)} runs of MBCM leave the band"
         " of 0.5 m again later.",
     )
 
@@ -198,7 +200,8 @@ def mbcm_against_itself(evidence: Evidence) -> Answer:
         ours=f"from {before.text()} before the braking to {end.text(2, 'm')} from 400 s on",
         verdict="contradicts itself" if not 0.60 <= 1.0 - 33.0 / 35.0 <= 0.75 else "confirmed",
         why="60 to 75 % less than 35 m is 9 to 14 m, not 33 m (6 % less). If the sentence means"
-        " that 60 to 75 % of the initial distance are left (21 to 26 m), it is the dip of 26 m.",
+        " that 60 to 75 % of the initial distance remain (21 to 26 m), it describes the dip to 26"
+        " m.",
     )
 
 
@@ -223,7 +226,7 @@ def error_bars(evidence: Evidence) -> Answer:
     return Answer(
         ours="; ".join(texts) + " (standard deviation over time, from 100 s on)",
         verdict="confirmed" if best else "not confirmed",
-        why="The paper's error bar is the RMSE of the data; here it is their standard deviation.",
+        why="The paper's error bars are the RMSE of the data; ours are their standard deviation.",
     )
 
 

@@ -46,10 +46,10 @@ def errors_reduced(evidence: Evidence) -> Answer:
     return Answer(
         ours=ours,
         verdict="stronger" if better else "weaker",
-        why=f"The RMSE falls to {min(ratios.values()):.2f} to {max(ratios.values()):.2f} of what is"
-        f" read, in the paper to {min(theirs.values()):.2f} to {max(theirs.values()):.2f} of it."
-        " The filter's input here is the acceleration that acted, by the own sensor and the"
-        " neighbours' beacons.",
+        why=f"The RMSE falls to {min(ratios.values()):.2f} to {max(ratios.values()):.2f} of that of"
+        f" the readings, in the paper to {min(theirs.values()):.2f} to"
+        f" {max(theirs.values()):.2f}. Our filter's input is the actual acceleration, from the own"
+        " sensor and the neighbours' beacons.",
     )
 
 
@@ -74,12 +74,12 @@ def r2(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"{ours} (vehicle 5, first 60 s)",
         verdict="confirmed" if low >= 0.94 else "weaker",
-        why="R² compares the error with how much the true speed varies, so it says as much of the"
-        " trajectory as of the filter; the paper does not say which one it took. Here it is the"
-        " vehicle that brakes, in the minute in which that is felt. At 3 % that gives the paper's"
-        " figures. At 10 % readings are wrong by 1.73 m/s, not by the 1.44 of the paper, and R² of"
-        " readings is below 0. Over the whole fleet and 500 s, in which PBCM leaves hardly any"
-        " variation, R² is low with the same errors (Table VI in README.md).",
+        why="R² compares the error with the variation of the true speed, so it depends on the"
+        " trajectory as much as on the filter. The paper does not name its trajectory. We take the"
+        " vehicle that brakes, in the minute of the disturbance. At 3 % this gives the paper's"
+        " values. At 10 % the error of readings is 1.73 m/s, not 1.44 as in the paper, and their R²"
+        " is below 0. Over the whole fleet and 500 s, speeds hardly vary under PBCM, so R² is low"
+        " with the same errors (Table VI in README.md).",
     )
 
 
@@ -100,8 +100,8 @@ def one_trajectory(evidence: Evidence) -> Answer:
         f" {pairs} m/s. The speed of the vehicle that brakes has σ = {true.text(2, 'm/s')} in"
         " case 15.",
         verdict="confirmed" if agree else "contradicts itself",
-        why="Readings and estimates of one trajectory share its variance; the printed figures imply"
-        " two different ones per case.",
+        why="Readings and estimates of one trajectory share its variance, but the printed values"
+        " imply two different variances per case.",
     )
 
 
@@ -120,8 +120,8 @@ def error_growth(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"{rmse['15'].text(3)} against {rmse['13'].text(3, 'm/s')}: {ratio:.2f} times",
         verdict="confirmed" if ratio < 1.3 else "contradicts itself",
-        why="An error of a share of the value grows as the share does, 10/3 times. At 30 m/s and"
-        f" even errors of ±3 % the RMSE is {0.03 * 30 / math.sqrt(3):.2f} m/s, of ±10 %"
+        why="A relative error grows with its percentage, here 10/3 times. At 30 m/s and uniform"
+        f" errors of ±3 % the RMSE is {0.03 * 30 / math.sqrt(3):.2f} m/s, of ±10 %"
         f" {0.1 * 30 / math.sqrt(3):.2f} m/s.",
     )
 

@@ -24,7 +24,8 @@ def max_distance(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"{figures} m (400 to 500 s)",
         verdict="confirmed" if best and abs(ends["PBCM"].mean - 38.0) < 1.0 else "not confirmed",
-        why="The other side of MinDistance: on the ring the gaps add up to 1500 m.",
+        why="This is the counterpart of MinDistance, because the gaps on the ring add up to 1500"
+        " m.",
     )
 
 
@@ -41,9 +42,9 @@ def mbcm_faster(evidence: Evidence) -> Answer:
     return Answer(
         ours=f"until MinDistance is back, 3 %, 0.1 s: BCM {bcm.text(0)}, MBCM {mbcm.text(0, 's')}",
         verdict="confirmed" if bcm.above(mbcm) else "not confirmed",
-        why="Looking farther makes the slow modes of the ring faster: with the least-squares"
-        " weights the eigenvalue of the slowest is seven times as large. At 3 % the noise hardly"
-        " hides it.",
+        why="Looking farther makes the slow modes of the ring decay faster: with the least-squares"
+        " weights the eigenvalue of the slowest mode is seven times as large. At 3 % the noise"
+        " hardly hides this.",
     )
 
 

@@ -21,8 +21,8 @@ def sign(evidence: Evidence) -> Answer:
         ours=f"with that sign (k_c = -0.05 here, case 7) the mean speed at the end is from"
         f" {min(ends):.1f} to {max(ends):.1f} m/s, by seed",
         verdict="contradicts itself" if left > 1.0 else "confirmed",
-        why="For k_c > 0 it drives the speed away from v_des, exponentially, while the paper's own"
-        " figures have PBCM hold 30 m/s. We use k_c (v_des - v), as Horn (2013) has it.",
+        why="For k_c > 0 this drives the speed away from v_des exponentially, but in the paper's"
+        " own figures PBCM holds 30 m/s. We use k_c (v_des - v), as in Horn (2013).",
     )
 
 
@@ -39,7 +39,7 @@ def even_start(evidence: Evidence) -> Answer:
         ours=f"at 9 s: mean {mean.text(2, 'm/s')}, standard deviation over the fleet"
         f" {spread.text(2, 'm/s')}",
         verdict="confirmed" if spread.mean < 1.0 else "not confirmed",
-        why="FM on readings that are wrong by 10 % keeps the fleet together for 10 s, with some"
+        why="FM on readings with errors of up to 10 % keeps the fleet together for 10 s, with some"
         " jitter.",
     )
 
@@ -59,7 +59,7 @@ def jam_at_30(evidence: Evidence) -> Answer:
         if nearby.mean < 1.0
         else ("weaker" if nearby.mean < 15.0 else "not confirmed"),
         why="The wave grows as it travels back. With the gains assumed here (the paper gives none)"
-        " it is not yet a standstill after 20 s; it is later, see below.",
+        " vehicles do not yet stand after 20 s; they do later, see below.",
     )
 
 
@@ -81,8 +81,8 @@ def collapse(evidence: Evidence) -> Answer:
         ours=f"standing: {soon.text(1)} of 40 at 100 s, {late.text(1)} at"
         f" 300 s; mean speed at the end {stopped.text(1, 'm/s')}",
         verdict=("confirmed" if soon.mean > 30 else "weaker") if fallen else "not confirmed",
-        why="FM collapses into stop-and-go waves: the vehicles that stand at any one time are those"
-        " within a wave, and in between others drive.",
+        why="FM collapses into stop-and-go waves: at any time the vehicles within a wave stand, and"
+        " those between waves drive.",
     )
 
 
@@ -102,7 +102,7 @@ def spread_at_100(evidence: Evidence) -> Answer:
         verdict=("stronger" if bcm.mean / pbcm.mean > 0.23 / 0.17 else "weaker")
         if holds
         else "not confirmed",
-        why=f"PBCM has {pbcm.mean / bcm.mean:.2f} of the spread of BCM, in the paper 0.74.",
+        why=f"PBCM's spread is {pbcm.mean / bcm.mean:.2f} times BCM's, in the paper 0.74 times.",
     )
 
 
@@ -118,11 +118,11 @@ def final_speeds(evidence: Evidence) -> Answer:
     )
     ours = f"BCM {bcm.text()}, MBCM {mbcm.text()}, PBCM {pbcm.text(2, 'm/s')}"
     why = (
-        "With data of one instant the distances ahead and behind cancel in equilibrium, and only"
-        " k_c (v_des - v) = 0 is left: every bilateral model settles at v_des. Vehicles that"
-        " difference their own position of now with their neighbours' last reported ones see"
-        " everyone ahead too near and everyone behind too far by v τ, and settle at"
-        " k_c v_des / (k_c + 2 k_d Σ w_j τ_j)."
+        "If all data are of one instant, the distances ahead and behind cancel in equilibrium, and"
+        " k_c (v_des - v) = 0 remains: every bilateral model settles at v_des. If vehicles compare"
+        " their present position with the last reported positions of their neighbours, the"
+        " distances ahead seem too small and those behind too large by v τ, and the speed settles"
+        " at k_c v_des / (k_c + 2 k_d Σ w_j τ_j)."
     )
     stale = [label for label in evidence.runs if label.startswith("stale/")]
     for label in stale:
@@ -130,10 +130,10 @@ def final_speeds(evidence: Evidence) -> Answer:
         ours += f"; {label.removeprefix('stale/')}: {speed.text()} m/s"
     if stale:
         why += (
-            " With k_c = k_d and τ = 0.1 s that is 25.0 m/s, the paper's figure for BCM; and"
-            " 18.0 m/s, its figure for MBCM, where four neighbours each side count by least"
-            " squares and each hop adds 0.1 s (Σ w_j τ_j = 1/3 s). The runs with old positions"
-            " show both ages; the forwarding itself was not run."
+            " With k_c = k_d and τ = 0.1 s this is 25.0 m/s, the paper's value for BCM. With four"
+            " neighbours on each side, least-squares weights and 0.1 s per hop (Σ w_j τ_j = 1/3 s),"
+            " it is 18.0 m/s, the paper's value for MBCM. The runs with old positions show both"
+            " ages; the forwarding itself was not run."
         )
     return Answer(
         ours=ours,

@@ -49,7 +49,7 @@ _AGREEMENTS: Final = (
 
 
 def gain_label(gains: tuple[float, float, float], model: str) -> str:
-    """What runs of the sweep are called."""
+    """Return the label of a run of the sweep."""
     return f"gains/{gains[0]:g},{gains[1]:g},{gains[2]:g}/{model}"
 
 
@@ -89,7 +89,7 @@ def _table_6(evidence: Evidence) -> Sheet:
             "correlation², 10 to 60 s",
         ),
         rows=tuple(rows),
-        note="Ours over all vehicles: means over the seeds with their 95 % intervals."
+        note="Our values cover all vehicles: means over the seeds with their 95 % intervals."
         " R² = 1 - SS_res / SS_tot.",
     )
 
@@ -133,7 +133,7 @@ def _sweep(evidence: Evidence) -> Sheet:
         )
     return Sheet(
         name="gains",
-        title="For which gains which model keeps the larger MinDistance.",
+        title="MinDistance of each model by gains.",
         columns=(
             "k_d, s⁻²",
             "k_v, s⁻¹",
@@ -145,7 +145,7 @@ def _sweep(evidence: Evidence) -> Sheet:
         ),
         rows=tuple(rows),
         note="MinDistance, mean from 60 to 120 s, error 10 %, delay 0.1 s, seed 1."
-        " FM is string-stable in linear theory where k_c² + 2 k_v k_c ≥ 2 k_d.",
+        " In linear theory FM is string-stable if k_c² + 2 k_v k_c ≥ 2 k_d.",
     )
 
 
@@ -168,9 +168,9 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
     found = [
         Picture(
             name="error-reduction",
-            caption="Fig. k_1 to k_4. Left: what BCM acts on, the readings of its sensors, which"
-            " are wrong by up to 10 %. Right: what PBCM acts on, the estimates of its filters."
-            " Speed and gap ahead of the vehicle that brakes, first minute, first seed.",
+            caption="Fig. k_1 to k_4. Left: the input of BCM, sensor readings with errors of up to"
+            " 10 %. Right: the input of PBCM, the estimates of its filters. Both show the speed and"
+            " the gap ahead of the vehicle that brakes, in the first minute, for the first seed.",
             draw=partial(figures.error_reduction, evidence),
         ),
         Picture(
@@ -182,8 +182,8 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
         Picture(
             name="heat-maps",
             caption="Speed of every vehicle over time; error 10 %, delay 0.1 s, first seed. Bright"
-            " is fast, even is stable. The bilateral models share a scale of 4 m/s; on that of FM,"
-            " of 60 m/s, they would be of one colour.",
+            " means fast; a uniform colour means stable. The bilateral models share a scale of 4"
+            " m/s: on FM's scale of 60 m/s they would have a single colour.",
             draw=partial(figures.heat_maps, evidence),
         ),
         Picture(
@@ -208,9 +208,9 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
         found.append(
             Picture(
                 name="gains",
-                caption="What two orderings of the paper come to with other gains: MinDistance"
-                " (mean from 60 to 120 s; error 10 %, delay 0.1 s) of PBCM less that of MBCM, and"
-                " of BCM less that of FM. Blue: the ordering holds; red: it does not.",
+                caption="Two orderings of the paper for other gains: MinDistance (mean from 60 to"
+                " 120 s; error 10 %, delay 0.1 s) of PBCM minus that of MBCM, and of BCM minus that"
+                " of FM. Blue: the ordering holds. Red: it does not.",
                 draw=partial(figures.gain_sweep, evidence, GAINS, gain_label),
             )
         )
@@ -231,7 +231,7 @@ def markdown(sheet: Sheet) -> str:
 
 
 def claims_page(evidence: Evidence, how: Sequence[str]) -> str:
-    """claims.md: a row per claim; `how` says how the figures were taken."""
+    """Return claims.md, with a row per claim; `how` says how the values were measured."""
     found = answers(evidence)
     counts = [f"{sum(a.verdict == v for _, a in found)} {v}" for v in _VERDICTS]
     lines = [
