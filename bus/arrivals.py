@@ -10,42 +10,42 @@ from zenvoy.bus.clock import wall_ns
 
 T = TypeVar("T")
 
-# Quiet items that wake the reader together: fewer cost it more wake-ups, more leave it too much to
-# do at its deadline.
+# Items that do not wake the reader alone wake it when so many have gathered. With fewer of them it
+# wakes up more often; with more it has too much to do at its deadline.
 _WAKE_AFTER: Final = 8
 
 
 class Arrivals(Generic[T]):
-    """A queue for one reader. Quiet items wake it only when several of them have gathered."""
+    """A queue for one reader. Some items wake it only when several of them have gathered."""
 
     def __init__(self) -> None:
-        self._loud: SimpleQueue[T | None] = SimpleQueue()  # None: enough quiet items have gathered
-        self._quiet: deque[T] = deque()
+        self._waking: SimpleQueue[T | None] = SimpleQueue()  # None: enough items are waiting
+        self._waiting: deque[T] = deque()
         self._catching_up = False
 
     def __len__(self) -> int:
-        return len(self._quiet) + self._loud.qsize()
+        return len(self._waiting) + self._waking.qsize()
 
     def put(self, item: T) -> None:
         """Add one, and wake the reader."""
-        self._loud.put(item)
+        self._waking.put(item)
 
-    def put_quietly(self, item: T) -> None:
+    def put_without_waking(self, item: T) -> None:
         """Add one that may wait until its reader is awake."""
-        self._quiet.append(item)
-        if len(self._quiet) % _WAKE_AFTER == 0:
-            self._loud.put(None)
+        self._waiting.append(item)
+        if len(self._waiting) % _WAKE_AFTER == 0:
+            self._waking.put(None)
 
     def get(self, until_ns: int) -> T:
         """The next one; by `until_ns` of wall time there must be one, or Empty is raised."""
         while True:
-            if self._catching_up and self._quiet:
-                return self._quiet.popleft()
+            if self._catching_up and self._waiting:
+                return self._waiting.popleft()
             self._catching_up = False
             try:
-                item = self._loud.get(timeout=max(0, until_ns - wall_ns()) * 1e-9)
+                item = self._waking.get(timeout=max(0, until_ns - wall_ns()) * 1e-9)
             except Empty:
-                if not self._quiet:
+                if not self._waiting:
                     raise
                 item = None
             if item is not None:

@@ -107,7 +107,7 @@ class Connection:
         trace: TracebackType | None,
     ) -> None:
         self._watch.__exit__(kind, error, trace)
-        self.refusals.tell_counts()
+        self.refusals.report_counts()
         if error is not None:
             return  # the process is about to end, and closing may wait for a peer that is frozen
         self._session.close()

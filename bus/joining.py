@@ -76,9 +76,9 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
         ) from error
 
 
-def _standing(scenario: bytes, told: Any) -> Standing:
-    shared = {str(name): [int(one) for one in ids] for name, ids in told["shared"].items()}
-    return Standing(scenario, frozenset(map(str, told["present"])), shared)
+def _standing(scenario: bytes, answer: Any) -> Standing:
+    shared = {str(name): [int(one) for one in ids] for name, ids in answer["shared"].items()}
+    return Standing(scenario, frozenset(map(str, answer["present"])), shared)
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:

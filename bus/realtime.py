@@ -206,8 +206,8 @@ class RealtimeBus(Connection):
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
-        came, is_quiet = self._came, topic in self._agent.may_wait
-        keep = came.put_quietly if is_quiet else came.put
+        came = self._came
+        keep = came.put_without_waking if topic in self._agent.may_wait else came.put
 
         def store(sample: zenoh.Sample) -> None:
             if len(came) < _MOST_QUEUED:

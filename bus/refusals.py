@@ -1,4 +1,4 @@
-"""What was refused: counted by reason, and told once for each reason and source."""
+"""What was refused: counted by reason, and reported once for each reason and source."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ABSURD: Final = "absurd"  # numbers that nothing can come of
 OVERFLOW: Final = "overflow"  # in real time: more than the process can read
 
 # Whoever sends rubbish must not fill the disk with what is said of it.
-_MOST_TOLD: Final = 20
+_MOST_REPORTED: Final = 20
 _LONGEST_SOURCE: Final = 100
 
 
@@ -29,11 +29,11 @@ class RefusedError(Exception):
 
 
 class Refusals:
-    """Refused messages of one process; what is told goes to its log, by way of stderr."""
+    """Refused messages of one process; what it reports goes to its log, by way of stderr."""
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._told: set[tuple[str, str]] = set()
+        self._reported: set[tuple[str, str]] = set()
         self.counts: Counter[str] = Counter()
         self.total = 0
 
@@ -41,25 +41,25 @@ class Refusals:
         """Count one; `source` is the key that it came on."""
         self.counts[reason] += 1
         self.total += 1
-        told = self._told
-        if len(told) > _MOST_TOLD:
+        reported = self._reported
+        if len(reported) > _MOST_REPORTED:
             return
         kind = reason, ascii(source[:_LONGEST_SOURCE])  # a key may hold anything, also line ends
-        if kind in told:
+        if kind in reported:
             return
-        told.add(kind)
-        if len(told) > _MOST_TOLD:
-            self._tell(
+        reported.add(kind)
+        if len(reported) > _MOST_REPORTED:
+            self._report(
                 "messages of more kinds or sources are refused, and from now on only counted"
             )
         else:
-            self._tell(f"refused: {reason}, on {kind[1]}")
+            self._report(f"refused: {reason}, on {kind[1]}")
 
-    def tell_counts(self) -> None:
+    def report_counts(self) -> None:
         """Say how many there were, where there were any."""
         if self.counts:
             counts = ", ".join(f"{count} {why}" for why, count in sorted(self.counts.items()))
-            self._tell(f"messages refused: {counts}")
+            self._report(f"messages refused: {counts}")
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         print(f"{self._name}: {text}", file=sys.stderr, flush=True)

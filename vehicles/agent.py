@@ -82,7 +82,7 @@ class Vehicle:
         Raises LawError with the vehicle's name.
         """
         try:
-            self._known.hear(received)
+            self._known.take_in(received)
             return Envelope(COMMAND, self.vehicle, self._decide(now_ns))
         except LawError as error:
             error.process = self.name

@@ -1,4 +1,4 @@
-"""What a vehicle knows: readings, what it heard, and the estimates made of both."""
+"""What a vehicle knows: its readings, the beacons of others, and the estimates made of both."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.gains import gain_schedule, settle
-from zenvoy.vehicles.heard import Heard, radar_in
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.radio import Radio
+from zenvoy.vehicles.received import ReceivedBeacon, radar_in
 from zenvoy.vehicles.state import LinkState, SpeedState
 
 # A reading of the own acceleration that differs by more contradicts the commands, m/s².
@@ -24,7 +24,7 @@ _CONTRADICTS: Final = 0.1
 
 
 class Knowledge:
-    """Fed in order: `sense` at t_k, `hear` at t_k + v2v_wait, `command` when it is decided.
+    """Fed in order: `sense` at t_k, `take_in` at t_k + v2v_wait, `command` when it is decided.
 
     `estimates`: whether to run the filters, which only PBCM needs.
     """
@@ -73,7 +73,7 @@ class Knowledge:
 
     @property
     def age_ns(self) -> int:
-        """Age at t_k of what the vehicle behind told; -1 where it told nothing yet."""
+        """Age at t_k of the newest beacon of the vehicle behind; -1 where there is none yet."""
         return self.radio.age_ns(self._behind_id)
 
     def sense(self, sense: pb.Sense) -> tuple[list[int], list[float]]:
@@ -97,11 +97,11 @@ class Knowledge:
         self._own.learn(start_ns, time_ns, reading, *plan)
         return plan
 
-    def hear(self, received: Sequence[pb.Receive]) -> None:
+    def take_in(self, received: Sequence[pb.Receive]) -> None:
         """Take in the frames that have arrived, then bring the estimates to t_k."""
         sense = self._sense
         time_ns, speed = sense.time_ns, sense.speed
-        for beacon in self.radio.hear(received, time_ns):
+        for beacon in self.radio.take_in(received, time_ns):
             if beacon.vehicle == self._ahead_id:
                 self._learn(self._ahead, beacon)
                 if self._by_position:
@@ -155,7 +155,7 @@ class Knowledge:
         here = sense.position + sense.speed * (now_ns - sense.time_ns) * 1e-9
         return self.radio.positions(here, sense.speed)
 
-    def _gap_then(self, beacon: Heard, *, ahead: bool) -> Relative | None:
+    def _gap_then(self, beacon: ReceivedBeacon, *, ahead: bool) -> Relative | None:
         """State of a link at the time of the neighbour's beacon, by both positions then."""
         own = self._past.get(beacon.time_ns)
         if own is None:
@@ -166,7 +166,7 @@ class Knowledge:
         gap = own.position - beacon.position + self._neighbours.seam_behind[0]
         return Relative(gap, own.speed - beacon.speed)
 
-    def _learn(self, motion: Motion, beacon: Heard) -> None:
+    def _learn(self, motion: Motion, beacon: ReceivedBeacon) -> None:
         time_ns = beacon.time_ns
         motion.learn(
             time_ns - self._period_ns,
@@ -196,7 +196,7 @@ def prepare(scenario: Scenario) -> None:
 
 
 def _link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
-    """Of a link's gap and of its relative speed, as they are read or told."""
+    """Errors of a link's gap and of its relative speed, as a vehicle reads or receives them."""
     sensors, control = scenario.sensors, scenario.control
     if control.neighbour_state == "position":  # differences of two readings each
         both = math.sqrt(2.0)

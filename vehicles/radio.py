@@ -1,4 +1,4 @@
-"""What others have told: their newest beacons, and the states that follow from them."""
+"""What a vehicle has received: the others' newest beacons, and the states that follow from them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from operator import attrgetter
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Motion, Relative
-from zenvoy.vehicles.heard import Heard, understood
 from zenvoy.vehicles.neighbours import Neighbours
+from zenvoy.vehicles.received import ReceivedBeacon, beacon_in
 
 
 class Radio:
@@ -17,37 +17,37 @@ class Radio:
     def __init__(self, neighbours: Neighbours, age_limit_ns: int) -> None:
         self._neighbours, self._everyone = neighbours, neighbours.everyone
         self._age_limit_ns = age_limit_ns
-        self._heard: dict[int, Heard] = {}
+        self._newest: dict[int, ReceivedBeacon] = {}
         self._time_ns = 0
 
     def understands(self, receive: pb.Receive, time_ns: int) -> bool:
         """Whether all that counts in the frames of the cycle of `time_ns` makes sense."""
         return all(self._beacons_in(receive, time_ns))
 
-    def hear(self, received: Sequence[pb.Receive], time_ns: int) -> list[Heard]:
+    def take_in(self, received: Sequence[pb.Receive], time_ns: int) -> list[ReceivedBeacon]:
         """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
         self._time_ns = time_ns
         beacons = [b for one in received for b in self._beacons_in(one, time_ns) if b is not None]
         beacons.sort(key=attrgetter("time_ns"))
         news = []
         for beacon in beacons:
-            heard = self._heard.get(beacon.vehicle)
-            if heard is None or beacon.time_ns > heard.time_ns:
-                self._heard[beacon.vehicle] = beacon
+            before = self._newest.get(beacon.vehicle)
+            if before is None or beacon.time_ns > before.time_ns:
+                self._newest[beacon.vehicle] = beacon
                 news.append(beacon)
         return news
 
     def age_ns(self, vehicle: int) -> int:
         """Age of the newest beacon of a vehicle; -1 where there is none yet."""
-        heard = self._heard.get(vehicle)
-        return -1 if heard is None else self._time_ns - heard.time_ns
+        newest = self._newest.get(vehicle)
+        return -1 if newest is None else self._time_ns - newest.time_ns
 
-    def fresh(self, vehicle: int) -> Heard | None:
+    def fresh(self, vehicle: int) -> ReceivedBeacon | None:
         """The newest beacon of a vehicle, unless it is too old."""
-        heard = self._heard.get(vehicle)
-        if heard is None or self._time_ns - heard.time_ns > self._age_limit_ns:
+        newest = self._newest.get(vehicle)
+        if newest is None or self._time_ns - newest.time_ns > self._age_limit_ns:
             return None
-        return heard
+        return newest
 
     def motion_of(self, vehicle: int) -> Motion | None:
         """Return what a vehicle reports of its motion: speed, and the acceleration in force."""
@@ -85,12 +85,12 @@ class Radio:
             behind.append(Relative(here - beacon.position + seam, v - beacon.speed))
         return ahead, behind
 
-    def _beacons_in(self, receive: pb.Receive, time_ns: int) -> list[Heard | None]:
+    def _beacons_in(self, receive: pb.Receive, time_ns: int) -> list[ReceivedBeacon | None]:
         """Beacons of those who count, in order of arrival; None for what makes no sense."""
         everyone, payloads = self._everyone, receive.beacon
         return [
             beacon
-            if (beacon := understood(payloads[row]))
+            if (beacon := beacon_in(payloads[row]))
             and beacon.vehicle == source
             and beacon.time_ns <= time_ns
             else None

@@ -13,19 +13,19 @@ from zenvoy.bus.refusals import ABSURD, STALE
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.agent import Vehicle
-from zenvoy.vehicles.frames import Frames
+from zenvoy.vehicles.seen_frames import SeenFrames
 
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
 
-# A sense that is older than a cycle may be the first of many, where the vehicle was stopped.
+# A sense that is older than a cycle may be the first of many that come after a stop: wait for them.
 _SETTLE_NS: Final = 5_000_000
 
 
 class RealtimeVehicle:
-    """Tells at once what it senses, and decides at t_k + v2v_wait on what came by then.
+    """Sends its beacon when it has its sense, and decides at t_k + v2v_wait on what came by then.
 
-    One that was kept from it for longer than a cycle goes on with the newest sense.
+    If the process is stopped for longer than a cycle, it goes on with the newest sense.
     """
 
     role = "vehicle"
@@ -41,15 +41,15 @@ class RealtimeVehicle:
         self._settle_ns = round(_SETTLE_NS * scenario.speed)
         self._others = frozenset(range(1, scenario.fleet.size + 1)) - {vehicle}
         self._cycle = -1  # of the newest sense
-        self._sense: Post | None = None  # one that it has not told of yet
+        self._sense: Post | None = None  # the newest, until its beacon is sent
         self._sensed_ns = 0
-        self._decides_ns: int | None = None  # deadline of the decision on the sense it told of
-        self._heard: list[Post] = []  # receives since the last decision
-        self._frames = Frames()
+        self._decides_ns: int | None = None  # deadline of the decision of the cycle
+        self._received: list[Post] = []  # since the last decision
+        self._seen = SeenFrames()
 
     @property
     def due_ns(self) -> int | None:
-        """When to tell of a sense, or else to decide."""
+        """When to send a beacon, or else to decide."""
         if self._sense is None:
             return self._decides_ns
         came_ns = self._sense.came_ns
@@ -57,7 +57,7 @@ class RealtimeVehicle:
         return came_ns + self._settle_ns if is_old else came_ns
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As in lock-step, but frames come at any time: that of the last of them."""
+        """As in lock-step, but a receive comes at any time, which is that of its last frame."""
         if topic is SENSE:
             return self._core.fault_in_sense(message)
         fault = self._core.fault_in_receive(message, None, message.time_ns)
@@ -73,9 +73,9 @@ class RealtimeVehicle:
     def take_in(self, post: Post) -> str | None:
         """Keep the newest sense, and what the channel brings, once."""
         if post.topic is RECEIVE:
-            is_new = self._frames.are_new(post.message)
+            is_new = self._seen.are_new(post.message)
             if is_new:
-                self._heard.append(post)
+                self._received.append(post)
             return None if is_new else STALE
         if post.message.cycle <= self._cycle:
             return STALE
@@ -99,11 +99,11 @@ class RealtimeVehicle:
     def _decide(self, deadline_ns: int, now_ns: int) -> Envelope:
         """The command, with a report of how the cycle kept to the clock."""
         by_ns = max(deadline_ns, self._sensed_ns)
-        heard = [post for post in self._heard if post.came_ns <= by_ns]
-        self._heard = [post for post in self._heard if post.came_ns > by_ns]
-        received = [post.message for post in heard]
+        posts = [post for post in self._received if post.came_ns <= by_ns]
+        self._received = [post for post in self._received if post.came_ns > by_ns]
+        received = [post.message for post in posts]
         command = self._core.decide(deadline_ns, received)
-        came_ns = [post.came_ns for post in heard for _ in range(len(post.message.source))]
+        came_ns = [post.came_ns for post in posts for _ in range(len(post.message.source))]
         timing = _TIMING.encode(
             sensed_ns=self._sensed_ns,
             decided_ns=now_ns,
@@ -111,5 +111,5 @@ class RealtimeVehicle:
             arrived_ns=[arrived_ns for one in received for arrived_ns in one.arrived_ns],
             came_ns=came_ns,
         )
-        told = command.payload + encode_bytes(_TIMING_OF_COMMAND, timing)
-        return command._replace(payload=told)
+        payload = command.payload + encode_bytes(_TIMING_OF_COMMAND, timing)
+        return command._replace(payload=payload)

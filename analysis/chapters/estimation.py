@@ -18,7 +18,7 @@ from zenvoy.analysis.chapters.estimation_pictures import (
     draw_errors,
 )
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.agreement import Fit, agreement
+from zenvoy.analysis.measures.agreement import Agreement, agreement
 from zenvoy.analysis.measures.consistency import (
     Consistency,
     consistency,
@@ -202,7 +202,7 @@ def _notes(run: Run, found: Sequence[Quantity]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _cells(found: Fit | None) -> tuple[Cell, ...]:
+def _cells(found: Agreement | None) -> tuple[Cell, ...]:
     if found is None:
         return (0, None, None, None, None)
     r2 = telling(found.r2)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.measures.metrics import fit
 
 
-class Fit(NamedTuple):
+class Agreement(NamedTuple):
     """Root mean square error in the values' unit, both readings of "R²", and of how many values.
 
     `spread` is the standard deviation of the truth.
@@ -28,7 +28,7 @@ class Fit(NamedTuple):
     spread: float
 
 
-def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
+def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Agreement | None:
     """Agreement of values with the truth, two arrays of one shape; None where there is no pair.
 
     Pairs with a NaN are left out. All of the arrays is pooled: give a column for one vehicle.
@@ -37,7 +37,7 @@ def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Fit | None:
     if found is None:
         return None
     known = ~(np.isnan(values) | np.isnan(truth))
-    return Fit(
+    return Agreement(
         rmse=found.rmse,
         r2=found.r2,
         r2_correlation=_correlation(values[known], truth[known]) ** 2,

@@ -26,24 +26,24 @@ def test_nothing_is_told_when_the_time_has_come() -> None:
         Arrivals[int]().get(0)
 
 
-def test_what_is_quiet_is_there_at_the_deadline() -> None:
+def test_what_does_not_wake_is_there_at_the_deadline() -> None:
     arrivals = Arrivals[int]()
-    arrivals.put_quietly(1)
-    arrivals.put_quietly(2)
+    arrivals.put_without_waking(1)
+    arrivals.put_without_waking(2)
     assert [arrivals.get(soon()), arrivals.get(soon())] == [1, 2]
     with pytest.raises(Empty):
         arrivals.get(soon())
 
 
-def test_what_is_loud_wakes_and_much_that_is_quiet_does_too() -> None:
+def test_an_item_wakes_and_many_that_do_not_wake_alone_do_too() -> None:
     arrivals = Arrivals[str]()
     for number in range(7):
-        arrivals.put_quietly(f"quiet {number}")
-    arrivals.put("loud")
-    assert arrivals.get(wall_ns() + FAR_NS) == "loud"  # nobody waits for the deadline
-    arrivals.put_quietly("quiet 7")
+        arrivals.put_without_waking(f"silent {number}")
+    arrivals.put("waking")
+    assert arrivals.get(wall_ns() + FAR_NS) == "waking"  # nobody waits for the deadline
+    arrivals.put_without_waking("silent 7")
     told = [arrivals.get(wall_ns() + FAR_NS) for _ in range(8)]
-    assert told == [f"quiet {number}" for number in range(8)]
+    assert told == [f"silent {number}" for number in range(8)]
     assert len(arrivals) == 0
 
 
@@ -56,10 +56,10 @@ def test_a_reader_in_another_thread_is_woken() -> None:
 
 
 @given(st.lists(st.booleans(), max_size=60))
-def test_nothing_is_lost_or_doubled_and_each_kind_keeps_its_order(loud: list[bool]) -> None:
+def test_nothing_is_lost_or_doubled_and_each_kind_keeps_its_order(waking: list[bool]) -> None:
     arrivals = Arrivals[tuple[bool, int]]()
-    for number, is_loud in enumerate(loud):
-        (arrivals.put if is_loud else arrivals.put_quietly)((is_loud, number))
+    for number, wakes in enumerate(waking):
+        (arrivals.put if wakes else arrivals.put_without_waking)((wakes, number))
     told: list[tuple[bool, int]] = []
     while True:
         try:
@@ -67,6 +67,6 @@ def test_nothing_is_lost_or_doubled_and_each_kind_keeps_its_order(loud: list[boo
         except Empty:
             break
     for kind in (True, False):
-        wanted = [number for number, is_loud in enumerate(loud) if is_loud == kind]
-        assert [number for is_loud, number in told if is_loud == kind] == wanted
-    assert len(told) == len(loud)
+        wanted = [number for number, wakes in enumerate(waking) if wakes == kind]
+        assert [number for wakes, number in told if wakes == kind] == wanted
+    assert len(told) == len(waking)

@@ -473,7 +473,7 @@ def test_each_kind_and_source_is_told_once(capsys: pytest.CaptureFixture[str]) -
         refusals.add("stale", "a/b")
         refusals.add("early", "a/b")
         refusals.add("stale", "a/\nworld: all is well")
-    refusals.tell_counts()
+    refusals.report_counts()
     assert capsys.readouterr().err.splitlines() == [
         "world: refused: stale, on 'a/b'",
         "world: refused: early, on 'a/b'",
@@ -486,7 +486,7 @@ def test_what_is_told_has_an_end(capsys: pytest.CaptureFixture[str]) -> None:
     refusals = Refusals("world")
     for number in range(1_000):
         refusals.add("foreign", f"{number}/" + 1_000 * "x")
-    refusals.tell_counts()
+    refusals.report_counts()
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == MOST_LINES
     assert max(map(len, lines)) < 200
@@ -494,7 +494,7 @@ def test_what_is_told_has_an_end(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_nothing_is_told_where_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    Refusals("world").tell_counts()
+    Refusals("world").report_counts()
     assert capsys.readouterr().err == ""
 
 

@@ -1,4 +1,4 @@
-"""Which frames have come before, for a radio that nobody counts cycles for."""
+"""Which frames have come before. In real time nothing else says that a frame is repeated."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from zenvoy.bus import messages_pb2 as pb
 _REMEMBERED_NS: Final = 5_000_000_000  # a frame that is older than the newest by more is stale
 
 
-class Frames:
+class SeenFrames:
     """Frames of the last seconds, by source and arrival.
 
-    What they say is left out: else a frame counts anew that was changed by a bit.
+    Their contents do not matter: else a frame that was changed by a bit would count as a new one.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""A beacon as its receivers read it: taken apart once, whoever listens."""
+"""A beacon as its receivers read it: decoded once, however many of them there are."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zenvoy.bus.checks import is_sane
 from zenvoy.laws import Relative
 
 
-class Heard(NamedTuple):
+class ReceivedBeacon(NamedTuple):
     """Fields of a Beacon, in m, m/s, m/s² and ns; radar: None where no vehicle is ahead of it."""
 
     vehicle: int
@@ -25,8 +25,8 @@ class Heard(NamedTuple):
     planned_acceleration: tuple[float, ...]
 
 
-@lru_cache(maxsize=128)  # in one process, each is read by all who count its sender in
-def understood(payload: bytes) -> Heard | None:
+@lru_cache(maxsize=128)  # in one process, every receiver reads the same bytes
+def beacon_in(payload: bytes) -> ReceivedBeacon | None:
     """Beacon in a frame; None where it makes no sense: anyone may send anything."""
     try:
         beacon = pb.Beacon.FromString(payload)
@@ -35,7 +35,7 @@ def understood(payload: bytes) -> Heard | None:
     planned_from_ns, planned = beacon.planned_from_ns[:], beacon.planned_acceleration[:]
     if not is_sane(beacon) or len(planned) != len(planned_from_ns):
         return None
-    return Heard(
+    return ReceivedBeacon(
         beacon.vehicle,
         beacon.time_ns,
         beacon.position,
