@@ -112,7 +112,10 @@ def run(
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Run a scenario; write its log, its summary and the output of each process to a folder."""
+    """Run a scenario and log it to a folder.
+
+    The folder also gets a summary and the text output of each process.
+    """
     clock = "realtime" if realtime else None
     loaded = scenario_of(
         scenario,
@@ -188,7 +191,10 @@ def show(
     duration_s: DurationOption = None,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Print a scenario with all its defaults, as a valid scenario file."""
+    """Print a scenario with all its defaults.
+
+    The output is a valid scenario file.
+    """
     shown = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code).scenario
     # A scenario file is UTF-8. On a terminal of another encoding, print ASCII alone.
     utf = sys.stdout.encoding.lower().startswith("utf")
@@ -202,7 +208,7 @@ def check(
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Check a scenario without running it, and print all its errors."""
+    """Check a scenario and print all its errors."""
     loaded = scenario_of(scenario, overrides, None, None, allow_code=allow_code)
     _print_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
@@ -216,7 +222,10 @@ def technologies(
         typer.Argument(metavar="[FILE]...", help="Files of your own technologies to add."),
     ] = None,
 ) -> None:
-    """Print the V2X technologies: the paper's Table I, and those in the files given."""
+    """Print the V2X technologies.
+
+    These are the technologies of the paper's Table I, and those in the files given.
+    """
     from zenvoy.cli.report import print_technologies
 
     try:
@@ -236,7 +245,10 @@ def channel(
     out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-channel].")] = None,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Draw what the channel of a scenario does to beacons: latency, loss, bursts, age."""
+    """Draw what a channel does to beacons.
+
+    Shows latency, delivery by distance, bursts of losses and age of information, without a run.
+    """
     from zenvoy.cli.channel import channel
 
     loaded = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code)
@@ -270,7 +282,10 @@ def trace(
     ] = Control().acceleration_limit_mps2,
     out: Annotated[Path | None, typer.Option(help="Folder [default: runs/<time>-trace].")] = None,
 ) -> None:
-    """Show what an event of type trace reads from a file: table, picture, limits."""
+    """Show what a trace reads from a file.
+
+    Prints a table and draws a picture, and compares the accelerations with a limit.
+    """
     from zenvoy.cli.trace import options_of, trace
 
     if not 0.0 < limit_mps2 < float("inf"):

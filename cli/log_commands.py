@@ -33,7 +33,7 @@ def info(
         typer.Option("--verify", help="Print each check of the log; exit with 1 if one fails."),
     ] = False,
 ) -> None:
-    """Print the metadata, topics, message counts and fingerprint of a log."""
+    """Print metadata, topics and counts of a log."""
     from zenvoy.analysis.log.arrays import LogError, read_facts
     from zenvoy.cli.report import print_checks, print_facts
 
@@ -56,7 +56,10 @@ def analyze(
         Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
     ] = None,
 ) -> None:
-    """Analyze a log: summary, tables (CSV), pictures (PNG, SVG) and a report (HTML)."""
+    """Print a summary of a log and write a report.
+
+    Writes tables (CSV), pictures (PNG, SVG) and a report (HTML).
+    """
     from zenvoy.cli.analyze import analyze
 
     raise typer.Exit(analyze(log, out, console, errors))
@@ -72,7 +75,10 @@ def compare(
         Path | None, typer.Option(help="Folder [default: runs/<time>-comparison].")
     ] = None,
 ) -> None:
-    """Compare runs side by side: tables (CSV), pictures (PNG, SVG) and a page (HTML)."""
+    """Compare runs side by side.
+
+    Writes tables (CSV), pictures (PNG, SVG) and a page (HTML).
+    """
     from zenvoy.cli.analyze import compare
 
     raise typer.Exit(compare(logs, label or [], out, console, errors))
@@ -83,7 +89,10 @@ def export(
     to: Annotated[Form, typer.Option(help="Format of the files.")],
     out: Annotated[Path | None, typer.Option(help="Folder [default: that of the log].")] = None,
 ) -> None:
-    """Write each topic of a log as a table in a file, with units in the column names."""
+    """Export each topic of a log as a table.
+
+    Writes a file per topic, with units in the column names.
+    """
     from zenvoy.analysis.log import export as tables
     from zenvoy.analysis.log.arrays import LogError
     from zenvoy.analysis.log.load import load as load_log
@@ -112,7 +121,10 @@ def repair(
         bool, typer.Option("--salvage", help="Also read past damaged parts.")
     ] = False,
 ) -> None:
-    """Write a complete log from one that is cut; the original stays as it is."""
+    """Write a complete log from one that is cut.
+
+    The original stays as it is.
+    """
     from zenvoy.cli.repair import repair_log
 
     with interruptible():

@@ -35,7 +35,10 @@ def reproduce(
     ] = Path("runs/reproduction"),
     duration_s: DurationOption = None,
 ) -> None:
-    """Run the paper's evaluation; write its tables and figures, and a verdict on each claim."""
+    """Run the paper's evaluation.
+
+    Writes its tables and figures, and a verdict on each claim.
+    """
     from zenvoy.studies.paper import reproduce
     from zenvoy.studies.study import Study
 
@@ -59,7 +62,10 @@ def degradation(
     ] = Path("runs/degradation"),
     duration_s: DurationOption = None,
 ) -> None:
-    """Run bilateral control over channels that get worse; write a table and a figure."""
+    """Run bilateral control over worse channels.
+
+    Writes a table and a figure.
+    """
     from zenvoy.studies.degradation import degradation
     from zenvoy.studies.study import Study
 

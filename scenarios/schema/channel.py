@@ -28,10 +28,10 @@ def _loss_section() -> type[Section]:
     """The section `loss`, with a key for each loss model."""
     head = "What a receiver misses: a frame is lost if any of these says so, each link for itself."
     models = loss_models().values()
-    said = fill(" ".join(model.meaning for model in models if model.meaning), _WIDTH)
+    text = fill(" ".join(model.meaning for model in models if model.meaning), _WIDTH)
     keys: dict[str, Any] = {model.key: (model.value, model.default) for model in models}
     return create_model(
-        "Loss", __base__=Section, __module__=__name__, __doc__=f"{head}\n\n{said}", **keys
+        "Loss", __base__=Section, __module__=__name__, __doc__=f"{head}\n\n{text}", **keys
     )
 
 
@@ -51,9 +51,9 @@ def _of_latency(schema: dict[str, Any]) -> None:
 
     `zenvoy.scenarios.reading.files` puts the contents of `file` into samples_ms.
     """
-    said = "; ".join(f"{one.name}: {one.meaning}" for one in distributions().values())
-    said = fill(f"{said}. Moments are those before it is cut off.", _WIDTH)
-    schema["description"] += f"\n\n{said}"
+    text = "; ".join(f"{one.name}: {one.meaning}" for one in distributions().values())
+    text = fill(f"{text}. Moments are those before it is cut off.", _WIDTH)
+    schema["description"] += f"\n\n{text}"
     schema["properties"] |= {"file": {"type": "string"}}
 
 
