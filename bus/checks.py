@@ -1,7 +1,7 @@
 """Whether a message makes sense: what its reader knows of it before it is used. Pure.
 
-Each function returns the reason to refuse a message, None where there is none. It says nothing
-about who wrote it: what is well made in all of this cannot be told from the real one.
+Each `fault_in_…` returns the reason to refuse a message; None where there is none. It says nothing
+about who wrote it: a forged message that passes all checks looks like a real one.
 """
 
 from __future__ import annotations

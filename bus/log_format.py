@@ -19,7 +19,7 @@ EFFECTIVE: Final = "effective.json"
 """Attachment: the scenario with all its values, defaults included."""
 
 WALL_TIME: Final = frozenset({CLOCK.log_name, REALTIME.log_name})
-"""Topics that tell of wall time: no part of what is to be the same in every run."""
+"""Topics with wall times: the fingerprint leaves them out, since they differ in every run."""
 
 CHUNK_BYTES: Final = 1 << 20
 """A chunk is closed by the message that takes it past this size."""

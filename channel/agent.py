@@ -30,8 +30,7 @@ class Sent(NamedTuple):
 class Channel:
     """The channel of a scenario, and the frames that are in flight (`air`).
 
-    It transmits the frames of a cycle when it is told to. `lock_step` and `realtime` say when, and
-    when `air` delivers.
+    `lock_step` and `realtime` say when it transmits the frames of a cycle, and when `air` delivers.
     """
 
     def __init__(self, scenario: Scenario) -> None:

@@ -1,4 +1,4 @@
-"""What becomes of the frames of a cycle: when they arrive, and what is told of them."""
+"""What becomes of the frames of a cycle: when they arrive, and what the log says of them."""
 
 from __future__ import annotations
 

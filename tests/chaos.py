@@ -88,7 +88,7 @@ _NAMES: Final = tuple(f"vehicle-{vehicle:02d}" for vehicle in range(1, SIZE + 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fate:
+class ExpectedEnd:
     """What may become of a run: exit codes with the first line on stderr, and by when, s."""
 
     ends: dict[int, str]
@@ -97,37 +97,39 @@ class Fate:
     """Whether the log need not be whole."""
 
 
-def fate_of(case: Case) -> Fate:
+def expected_of(case: Case) -> ExpectedEnd:
     """What is documented for a case (docs/ends.md)."""
     if case.victim == "command":
-        return _fate_of_command(case.blow)
+        return _expected_of_command(case.blow)
     complete = {0: ""}
     if case.blow in {"INT", "HUP"}:
-        return Fate(ends=complete, within_s=30.0)
+        return ExpectedEnd(ends=complete, within_s=30.0)
     if case.blow == "STOP 3 s":
-        return Fate(ends=complete, within_s=30.0 + PAUSE_S)
+        return ExpectedEnd(ends=complete, within_s=30.0 + PAUSE_S)
     died = {"KILL": "died: killed by SIGKILL", "TERM": "died: ended by SIGTERM"}
     how = died.get(case.blow, "stalled: a signal or a debugger has stopped it")
     line = f"{case.process} {how}"
     within_s = 2.0 if case.blow in died else STALL_LIMIT_S + 2.0
     if case.mode == "realtime" and case.victim == "vehicle":
         if case.moment == "start":  # as long as the run has not begun, everybody is needed
-            return Fate(ends={3: line, 0: f"{line}; the run goes on"}, within_s=30.0)
+            return ExpectedEnd(ends={3: line, 0: f"{line}; the run goes on"}, within_s=30.0)
         at_end = case.blow == "STOP" and case.moment == "last"
         told = "" if at_end else f"{line}; the run goes on"
-        return Fate(ends={0: told}, within_s=30.0)
+        return ExpectedEnd(ends={0: told}, within_s=30.0)
     ends = {3: line}
     if case.moment == "last":
         ends[0] = ""
-    return Fate(ends=ends, within_s=within_s, cut=case.process == "world" and case.blow == "KILL")
+    return ExpectedEnd(
+        ends=ends, within_s=within_s, cut=case.process == "world" and case.blow == "KILL"
+    )
 
 
-def _fate_of_command(blow: str) -> Fate:
+def _expected_of_command(blow: str) -> ExpectedEnd:
     if blow == "KILL":
-        return Fate(ends={-signal.SIGKILL: ""}, cut=False)
+        return ExpectedEnd(ends={-signal.SIGKILL: ""}, cut=False)
     if blow.startswith("STOP"):
-        return Fate(ends={0: ""}, within_s=60.0)
-    return Fate(ends={130: KEPT, 0: ""})
+        return ExpectedEnd(ends={0: ""}, within_s=60.0)
+    return ExpectedEnd(ends={130: KEPT, 0: ""})
 
 
 @dataclass(slots=True)
@@ -268,7 +270,7 @@ def _complete_all_the_same(found: Found) -> bool:
 
 
 def _judge_end(found: Found, outcome: Outcome, started: Command) -> None:
-    case, fate = found.case, fate_of(found.case)
+    case, fate = found.case, expected_of(found.case)
     first = found.said
     if outcome.code not in fate.ends:
         found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(fate.ends)}")
@@ -300,7 +302,7 @@ def _judge_log(found: Found, path: Path, clock: pb.Clock) -> None:
     if cycles != list(range(len(cycles))):
         found.wrong.append("a cycle is missing in the log")
     if not log.whole:
-        if not fate_of(case).cut and case.moment != "start":
+        if not expected_of(case).cut and case.moment != "start":
             found.wrong.append("the log is cut")
         clocks = [pb.Clock.FromString(one.data) for one in log.of("/clock")]
         found.lost_s = (clock.wall_ns - (clocks[-1].wall_ns if clocks else 0)) * 1e-9

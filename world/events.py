@@ -70,7 +70,7 @@ class Returning:
     def acceleration(self, time_ns: int, speed: float) -> float | None:
         """What takes it there evenly (m/s²), while it goes back.
 
-        The fleet asks at every change, and so at the start of the brake, which tells the speed.
+        The fleet asks at every change, and so at the start of the brake, when it learns the speed.
         """
         if self._before is None and time_ns >= self._brakes_ns:
             self._before = speed

@@ -48,7 +48,7 @@ class Labels:
 class Recorder:
     """The log of one run. Use as a context; leaving it ends the file properly.
 
-    `on_clock` is told of every cycle's clock message, to publish it and to show progress;
+    `on_clock` gets every cycle's clock message, to publish it and to show progress;
     `overruns` is asked how many cycles have begun late, so far. Wall time counts from
     `start_clock`, or else from the first cycle.
     """
