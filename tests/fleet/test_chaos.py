@@ -7,7 +7,7 @@ from typing import Final
 
 import pytest
 
-from tests.chaos import Case, Found, all_kinds, fate_of, table, try_case
+from tests.chaos import Case, Found, all_kinds, expected_of, table, try_case
 
 # One of each victim and signal, over all kinds of runs and moments; a stall takes its limit.
 SAMPLE: Final = [
@@ -44,7 +44,7 @@ def test_a_run_ends_as_documented(tmp_path: Path, what: tuple[str, str, str, str
 def test_every_kind_of_case_has_a_documented_end() -> None:
     kinds = all_kinds()
     assert len(kinds) == 4 * 6 * 3 * 3
-    assert all(fate_of(kind).ends for kind in kinds)
+    assert all(expected_of(kind).ends for kind in kinds)
 
 
 def test_the_table_counts_what_is_wrong() -> None:
