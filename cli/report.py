@@ -10,7 +10,7 @@ from rich.table import Table
 
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.facts import Facts
-from zenvoy.analysis.measures.metrics import telling
+from zenvoy.analysis.measures.metrics import meaningful_r2
 from zenvoy.bus.log_metadata import CHECKSUM
 from zenvoy.scenarios import Technology
 
@@ -92,7 +92,7 @@ def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _fit(fit: dict[str, float], unit: str) -> str:
     """Return RMSE and R², or why R² would mean nothing."""
-    rmse, r2 = f"RMSE {fit['rmse']:.3f} {unit}", telling(fit["r2"])
+    rmse, r2 = f"RMSE {fit['rmse']:.3f} {unit}", meaningful_r2(fit["r2"])
     if r2 is None:
         return f"{rmse}; no R²: the truth varies by {fit['spread']:.3f} {unit} only"
     return f"{rmse}, R² {r2:.3f}"

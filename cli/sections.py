@@ -15,7 +15,7 @@ from rich.text import Text
 from zenvoy.analysis.page.digits import Column, columns
 from zenvoy.analysis.page.section import Section, Sheet
 
-MOST_ROWS: Final = 20  # rows of a table on the terminal; its CSV file has them all
+MAX_ROWS: Final = 20  # rows of a table on the terminal; its CSV file has them all
 _SPACING: Final = 3  # characters between two columns
 _TITLE_WIDTHS: Final = (40, 12, 9)  # widths of titles to try; the first at which a table fits
 _LEAST_TEXT_WIDTH: Final = 24
@@ -27,13 +27,13 @@ def print_section(console: Console, section: Section) -> None:
     for note in section.notes:
         console.print(Padding(Text(note), (0, 0, 0, 2)))
     for sheet in section.sheets:
-        told = sheet.told()
-        if told is not None:
-            _print_sheet(console, told)
+        filled = sheet.without_empty()
+        if filled is not None:
+            _print_sheet(console, filled)
 
 
 def _print_sheet(console: Console, sheet: Sheet) -> None:
-    shown = columns(sheet, MOST_ROWS)
+    shown = columns(sheet, MAX_ROWS)
     fitting = (title for title in _TITLE_WIDTHS if _widths(shown, title) <= console.width)
     title = next(fitting, _TITLE_WIDTHS[-1])
     console.print(Text(f"\n{sheet.title}", style="italic"))
@@ -41,8 +41,9 @@ def _print_sheet(console: Console, sheet: Sheet) -> None:
         if number:
             console.print()
         console.print(_table(block, title))
-    if len(sheet.rows) > MOST_ROWS:
-        text = f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has them all."
+    if len(sheet.rows) > MAX_ROWS:
+        of = f"{MAX_ROWS} of {len(sheet.rows)} rows"
+        text = f"Only the first {of} are shown; {sheet.name}.csv has all."
         console.print(Text(text, style="dim"))
     if sheet.note:
         console.print(Text(sheet.note, style="dim"))

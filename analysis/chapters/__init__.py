@@ -1,1 +1,1 @@
-"""The chapters of a report: what each shows of a run, as tables and pictures."""
+"""The chapters of a report, each with tables and pictures of a run."""

@@ -1,4 +1,4 @@
-"""The chapters of a report, in their order."""
+"""The list of a report's chapters, in order."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHAPTERS: Final[tuple[Callable[[Run], Section], ...]] = (
 
 
 def chapters(run: Run) -> tuple[Section, ...]:
-    """Every chapter of a run that has motion to show; raises LogError."""
+    """Return every chapter for a run that has motion to show; raises LogError."""
     live = (punctuality_section,) if run.scenario.clock == "realtime" else ()
     motion, *others = (chapter(run) for chapter in (*CHAPTERS, *live))
     manoeuvres = manoeuvres_section(run)

@@ -1,4 +1,4 @@
-"""Pictures of how far apart vehicles are, in metres and in seconds."""
+"""Pictures of the distances between vehicles, in metres and in seconds."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from zenvoy.scenarios import roster
 Floats = NDArray[np.float64]
 
 THRESHOLDS_S: Final = (4.0, 1.5)  # of time to collision
-WINDOW_S: Final = 10.0  # of an error bar
+WINDOW_S: Final = 10.0  # time that an error bar covers
 
 _MIN, _MAX = CYCLE[0], CYCLE[1]
-_MOST_BARS: Final = 40
-LONGEST_S: Final = 100.0  # time to collision shown
-_LEAST_SHOWN: Final = 5.0  # %, on the axis of shares
-_HEADWAY_S: Final = 5.0
+_MAX_BARS: Final = 40
+LONGEST_S: Final = 100.0  # the longest time to collision that is shown
+_MIN_SHARE: Final = 5.0  # %; the axis of shares reaches at least this far
+_MAX_HEADWAY_S: Final = 5.0
 _SLOW_MPS: Final = 0.1
 
 
 def distance_bars(run: Run) -> Figure:
-    """MinDistance and MaxDistance over time, with error bars (paper Section IV)."""
+    """Draw MinDistance and MaxDistance over time, with error bars (paper Section IV)."""
     gap = gaps(run.truth["position"], run.scenario.ring_length_m)
     time_s = run.time_s
-    width_s = max(WINDOW_S, (time_s[-1] - time_s[0]) / _MOST_BARS)
+    width_s = max(WINDOW_S, (time_s[-1] - time_s[0]) / _MAX_BARS)
     figure, axes = subplots(height_in=3.4)
     for values, colour, label in (
         (largest_gaps(gap), _MAX, "MaxDistance"),
@@ -54,19 +54,19 @@ def distance_bars(run: Run) -> Figure:
 
 
 def bars(axes: Any, middles_s: Floats, band: Band, colour: str) -> None:
-    """Means ± standard deviations of windows, or of runs."""
+    """Draw means ± standard deviations of windows, or of runs."""
     axes.errorbar(
         middles_s, band.mean, band.std, color=colour, ls="none", marker="o", ms=2.5, capsize=2.0
     )
 
 
 def collision_time(run: Run) -> Figure:
-    """Smallest time to collision over time, and the share of vehicles below each threshold."""
+    """Draw the smallest time to collision, and the share of vehicles below each threshold."""
     ttc = run_time_to_collision(run)
     time_s = run.time_s
     figure, (above, below) = subplots(2, height_in=4.4, sharex=True)
     above.semilogy(time_s, np.minimum(smallest(ttc), LONGEST_S), color=CYCLE[0], lw=0.8)
-    highest = _LEAST_SHOWN
+    highest = _MIN_SHARE
     for threshold_s, colour in zip(THRESHOLDS_S, (CYCLE[4], CYCLE[1]), strict=True):
         above.axhline(threshold_s, color=colour, lw=0.9, ls="--")
         share = 100.0 * (ttc <= threshold_s).mean(axis=1)
@@ -89,7 +89,7 @@ def collision_time(run: Run) -> Figure:
 
 
 def headways(run: Run) -> Figure:
-    """Distribution of the time headway over all vehicles and times."""
+    """Draw the distribution of the time headway over all vehicles and times."""
     gap = gaps(run.truth["position"], run.scenario.ring_length_m)
     headway = time_headway(gap, run.truth["speed"])
     known = headway[~np.isnan(headway)]
@@ -104,38 +104,39 @@ def headways(run: Run) -> Figure:
         legend(axes)
     axes.set_axisbelow(True)
     axes.set_xlim(low, high)
-    beyond = f" (the last bar: {high:g} s and more)" if (known > high).any() else ""
+    beyond = f" (the last bar is {high:g} s and more)" if (known > high).any() else ""
     axes.set_xlabel(f"time headway, s{beyond}")
     axes.set_ylabel("share of time, %")
     return figure
 
 
 def _headway_limits(known: Floats, desired_s: float | None) -> tuple[float, float]:
-    """What the axis shows, s: all that there is, with the desired one, up to 5 s."""
+    """Return the limits of the axis, s: all headways and the desired one, up to 5 s."""
     shown = known
-    if desired_s is not None and desired_s <= _HEADWAY_S:
+    if desired_s is not None and desired_s <= _MAX_HEADWAY_S:
         shown = np.append(known, desired_s)
-    shown = shown[shown <= _HEADWAY_S]
+    shown = shown[shown <= _MAX_HEADWAY_S]
     if not shown.size:
-        return 0.0, _HEADWAY_S
+        return 0.0, _MAX_HEADWAY_S
     margin = 0.1 * max(float(np.ptp(shown)), 0.5)
-    high = _HEADWAY_S if (known > _HEADWAY_S).any() else float(shown.max()) + margin
+    longer = bool((known > _MAX_HEADWAY_S).any())
+    high = _MAX_HEADWAY_S if longer else float(shown.max()) + margin
     return max(0.0, float(shown.min()) - margin), high
 
 
 def _desired_s(run: Run) -> float | None:
-    """Time headway that desired gap and speed make, s; None where they differ or change."""
+    """Return desired gap over desired speed, s; None where vehicles differ or it changes."""
     desired = set()
-    for told in roster(run.scenario):
-        gap, speed = told.targets.desired_gap_m, told.targets.desired_speed_mps
+    for settings in roster(run.scenario):
+        gap, speed = settings.targets.desired_gap_m, settings.targets.desired_speed_mps
         if len(gap.points) > 1 or len(speed.points) > 1:
             return None
-        desired.add(told.desired_gap_m / max(told.desired_speed_mps, _SLOW_MPS))
+        desired.add(settings.desired_gap_m / max(settings.desired_speed_mps, _SLOW_MPS))
     return desired.pop() if len(desired) == 1 else None
 
 
 def run_time_to_collision(run: Run) -> Floats:
-    """Time to collision (T, n) of a run, s."""
+    """Return the time to collision (T, n) of a run, s."""
     ring, truth = run.scenario.ring_length_m, run.truth
     gap = gaps(truth["position"], ring)
     return time_to_collision(gap, truth["speed"], run.scenario.fleet.length_m, ring)

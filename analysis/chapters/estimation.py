@@ -1,7 +1,7 @@
-"""The chapter on estimation: what the filters make of the readings (paper Fig. k_1 to k_4, Tab. 6).
+"""The chapter on estimation: how the filters improve on readings (paper Fig. k_1 to k_4, Tab. 6).
 
-A filter's work is judged twice: by how much closer to the truth its estimates are than the
-readings, and by whether it errs as much as it says.
+A filter is judged in two ways: by how much closer its estimates are to the truth than the readings,
+and by whether its errors are as large as it claims.
 """
 
 from __future__ import annotations
@@ -26,34 +26,36 @@ from zenvoy.analysis.measures.consistency import (
     normalised_innovation,
     spread,
 )
-from zenvoy.analysis.measures.metrics import telling
+from zenvoy.analysis.measures.metrics import meaningful_r2
 from zenvoy.analysis.measures.quantities import Quantity, first_disturbed, quantities
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 
 _TITLE: Final = "Estimation"
 _AGREEMENT_NOTE: Final = (
-    "RMSE, and the spread (standard deviation) of the truth, in the unit of the quantity. R² is "
-    "1 - SS_res / SS_tot. It is left out where the error is larger than the truth's own spread: it "
-    "would be below 0, and say no more. Beside it the square of Pearson's correlation. Only "
-    "instants at which there is an estimate, at the same instants for both."
+    "RMSE and the spread (standard deviation) of the truth are in the unit of the quantity. R² is "
+    "1 - SS_res / SS_tot. It is left out where it would be below 0, because the error exceeds the "
+    "spread of the truth. R² (correlation) is the square of Pearson's correlation coefficient. "
+    "Both rows of a quantity use the same instants: those that have an estimate."
 )
 _CONSISTENCY_NOTE: Final = (
     "Normal errors are within 1, 2 and 3 σ in 68.3, 95.4 and 99.7 % of all cases. NEES is the "
-    "squared error over the variance that the filter claims, NIS the same for the innovation, as "
-    "far as the log tells it; the mean of both is 1 for a filter that is right about itself, less "
-    "for one that is too cautious. Beside it the share of the cycles in which the mean over the "
-    "fleet lies within the 95 % interval of χ². Reading errors are a share of what is read and "
-    "uniform by default: the mean of NIS is unaffected, but it scatters less than χ² has it."
+    "squared error divided by the variance that the filter claims; NIS is the same for the "
+    "innovation, as far as the log allows. The mean of both is 1 for a consistent filter, and less "
+    'for one that is too cautious. "Inside" is the share of cycles in which the mean over the '
+    "fleet is within the 95 % interval of χ². Reading errors are uniform by default, so NIS "
+    "scatters less than χ² predicts; its mean is unaffected."
 )
 
 
 def estimation_section(run: Run) -> Section:
-    """Agreement of readings and estimates with the truth, and the filters' consistency."""
+    """Return the agreement of readings and estimates with the truth, and filter consistency."""
     if not run.cycles:
-        return Section(title=_TITLE, notes=("No cycle was logged: there is nothing to compare.",))
+        return Section(
+            title=_TITLE, notes=("No cycle was logged, so there is nothing to compare.",)
+        )
     found = quantities(run)
     if all(np.isnan(quantity.estimated).all() for quantity in found):
-        note = "Nothing was estimated: the models of this run act on readings as they are."
+        note = "No filter ran: the models of this run act on readings directly."
         return Section(title=_TITLE, notes=(note,))
     vehicle = _shown(run, found)
     return Section(
@@ -69,9 +71,9 @@ def estimation_section(run: Run) -> Section:
 
 
 def _shown(run: Run, found: Sequence[Quantity]) -> int:
-    """The first vehicle that is disturbed, or the next one behind it that estimates all it could.
+    """Return the first disturbed vehicle, or the next one behind it with the most estimates.
 
-    Others may be under laws that estimate nothing.
+    Some vehicles may run laws that estimate nothing.
     """
     first = first_disturbed(run)
     order = [(first - 1 + k) % run.vehicles for k in range(run.vehicles)]
@@ -82,7 +84,7 @@ def _shown(run: Run, found: Sequence[Quantity]) -> int:
 
 
 def agreement_sheet(found: Sequence[Quantity], vehicle: int | None) -> Sheet:
-    """RMSE and both R² of readings and estimates, of one vehicle or (None) of all, pooled."""
+    """Return RMSE and both R² of readings and estimates, for one vehicle or (None) for all."""
     rows: list[tuple[Cell, ...]] = []
     of = slice(None) if vehicle is None else slice(vehicle - 1, vehicle)
     for quantity in found:
@@ -109,7 +111,7 @@ def agreement_sheet(found: Sequence[Quantity], vehicle: int | None) -> Sheet:
 
 
 def consistency_sheet(found: Sequence[Quantity]) -> Sheet:
-    """How errors lie within the bounds that the filters claim for them."""
+    """Compare errors with the variances that the filters claim."""
     rows: list[tuple[Cell, ...]] = []
     for quantity in found:
         within = spread(quantity.error, quantity.std)
@@ -135,14 +137,14 @@ def consistency_sheet(found: Sequence[Quantity]) -> Sheet:
 
 
 def nees_of(quantity: Quantity) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Normalised squared errors of the estimates, (cycles, vehicles)."""
+    """Return the normalised squared errors of the estimates, (cycles, vehicles)."""
     return normalised_error(quantity.error, quantity.std)
 
 
 def nis_of(quantity: Quantity) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Normalised squared innovations, (cycles, vehicles); all NaN where it filters other readings.
+    """Return the normalised squared innovations, (cycles, vehicles), from `normalised_innovation`.
 
-    See `normalised_innovation` for how they are told from the log.
+    They are all NaN where the filter's input is not the reading in the log.
     """
     if not quantity.filters_reading:
         return np.full(quantity.true.shape, np.nan)
@@ -157,27 +159,27 @@ def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Pict
             name="estimation-truth",
             caption=(
                 f"Own speed and gap ahead of vehicle {vehicle} around the first disturbance, or "
-                "from the start: left as measured, right as estimated, each beside the truth. RMSE "
-                "and R² are those of the whole run. The nearer the dots are to the line, the "
-                "better."
+                "from the start of a run without one. The left panels show measurements, the right "
+                "panels show estimates, each with the truth. RMSE and R² are for the whole run."
             ),
             draw=lambda: draw_against_truth(run, found, vehicle),
         ),
         Picture(
             name="estimation-error",
             caption=(
-                f"Error of the estimates of vehicle {vehicle} over the run, with the ±3 σ that its "
-                "filters claim. A consistent filter leaves the band in 0.3 % of all cycles."
+                f"Error of the estimates of vehicle {vehicle} over the run, with the ±3 σ band "
+                "that its filters claim. The errors of a consistent filter leave the band in 0.3 % "
+                "of all cycles."
             ),
             draw=lambda: draw_errors(run, found, vehicle),
         ),
         Picture(
             name="estimation-consistency",
             caption=(
-                "Squared errors (NEES) and innovations (NIS) of the link ahead over the variance "
-                "claimed for them, mean over the fleet in each cycle, with the 95 % interval of "
-                "χ². Above it the filters are surer of themselves than they may be, below it more "
-                "cautious than they need be."
+                "Squared errors (NEES) and innovations (NIS) of the link ahead, divided by the "
+                "variance that the filter claims: mean over the fleet in each cycle, with the 95 % "
+                "interval of χ². Filters above the interval are overconfident, and filters below "
+                "it too cautious."
             ),
             draw=lambda: draw_consistency(
                 run,
@@ -190,22 +192,22 @@ def _pictures(run: Run, found: tuple[Quantity, ...], vehicle: int) -> tuple[Pict
 def _notes(run: Run, found: Sequence[Quantity]) -> tuple[str, ...]:
     notes = []
     if run.scenario.sensors.error == 0.0:
-        notes.append("The sensors read without error, so NIS means nothing, and NEES is near 0.")
+        notes.append("The sensors have no error, so NIS is not defined, and NEES is near 0.")
     if not all(quantity.filters_reading for quantity in found):
         notes.append(
-            "The links are filtered from differences of positions, not from the radar: "
-            "what is called measured is the radar's all the same, and links have no NIS."
+            "The filters use differences of reported positions instead of radar readings. "
+            "The measured values below are still those of the radar, and links have no NIS."
         )
     without = int(np.isnan(found[0].estimated).all(axis=0).sum())
     if without:
-        notes.append(f"{without} of {run.vehicles} vehicles estimate nothing and are left out.")
+        notes.append(f"{without} of {run.vehicles} vehicles run no filter and are left out.")
     return tuple(notes)
 
 
 def _cells(found: Agreement | None) -> tuple[Cell, ...]:
     if found is None:
         return (0, None, None, None, None)
-    r2 = telling(found.r2)
+    r2 = meaningful_r2(found.r2)
     return (found.samples, found.rmse, found.spread, r2, _known(found.r2_correlation))
 
 

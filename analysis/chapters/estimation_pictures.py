@@ -13,7 +13,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.agreement import agreement
 from zenvoy.analysis.measures.consistency import consistency
 from zenvoy.analysis.measures.instants import around_first
-from zenvoy.analysis.measures.metrics import telling
+from zenvoy.analysis.measures.metrics import meaningful_r2
 from zenvoy.analysis.measures.quantities import Quantity
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
@@ -28,15 +28,15 @@ from zenvoy.analysis.page.style import (
 )
 
 _WINDOW_S: Final = 60.0
-_MANY: Final = 1_500  # dots or corners: more are drawn as a picture
-_BEFORE_S: Final = 5.0  # of it before the first disturbance
-# Thousands of dots or corners as a picture within the drawing: as shapes they make it megabytes.
+_MAX_DOTS: Final = 1_500  # dots or corners; more are rasterised
+_BEFORE_S: Final = 5.0  # part of the window that is before the first disturbance
+# Thousands of dots or corners are rasterised, as shapes would make an SVG megabytes large.
 _BAND: Final = {"color": THEORY, "alpha": 0.25, "lw": 0, "rasterized": True}
 _DOTS: Final = {"color": ESTIMATED, "ms": 1.5, "alpha": 0.5, "rasterized": True}
 
 
 def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
-    """Speed and gap of one vehicle, measured and estimated, around the first braking."""
+    """Draw speed and gap of one vehicle, measured and estimated, around the first disturbance."""
     figure, axes = subplots(2, 2, height_in=4.4, sharex=True, sharey="row")
     shown = _window(run)
     column = vehicle - 1
@@ -53,10 +53,10 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
                 color=colour,
                 ms=3,
                 label=kind,
-                rasterized=shown.size > _MANY,
+                rasterized=shown.size > _MAX_DOTS,
             )
             axis.plot(run.time_s[shown], true[shown], color=TRUE, lw=1.0, label="true")
-            axis.set_title(_told(kind, quantity, values, true))
+            axis.set_title(_title(kind, quantity, values, true))
         row[0].set_ylabel(quantity.label)
     low, high = run.time_s[shown][[0, -1]]
     axes[0, 0].set_xlim(low, max(high, low + 1e-3))
@@ -69,7 +69,7 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
 
 
 def draw_errors(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
-    """Errors of the estimates of one vehicle, in the band that its filters claim."""
+    """Draw the errors of one vehicle's estimates, with the band that its filters claim."""
     figure, axes = subplots(3, 1, height_in=5.2, sharex=True)
     time_s = run.time_s[: run.cycles]
     for axis, quantity in zip(axes, found[:3], strict=True):
@@ -79,7 +79,7 @@ def draw_errors(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
         axis.plot(time_s, error, color=ESTIMATED, lw=0.6, label="error of the estimate")
         if not np.isnan(error).all():
             limit = 1.6 * max(np.nanmedian(band), np.nanpercentile(np.abs(error), 99.5))
-            axis.set_ylim(-limit, limit)  # the first cycles, with P = R, would flatten the rest
+            axis.set_ylim(-limit, limit)  # cut the wide band of the first cycles, where P = R
         axis.set_ylabel(f"{quantity.name},\n{quantity.unit}")
     axes[-1].set_xlim(time_s[0], max(time_s[-1], time_s[0] + 1e-3))
     for axis in axes:
@@ -93,7 +93,7 @@ def draw_errors(run: Run, found: Sequence[Quantity], vehicle: int) -> Figure:
 def draw_consistency(
     run: Run, judged: Sequence[tuple[Quantity, NDArray[Any], NDArray[Any]]]
 ) -> Figure:
-    """Means over the fleet of NEES and NIS, each in its 95 % interval."""
+    """Draw the means over the fleet of NEES and NIS, each with its 95 % interval."""
     figure, axes = subplots(len(judged), 2, height_in=4.4, sharex=True, sharey=True)
     time_s = run.time_s[: run.cycles]
     for row, (quantity, nees, nis) in zip(axes, judged, strict=True):
@@ -120,18 +120,18 @@ def draw_consistency(
 
 
 def _window(run: Run) -> NDArray[np.int64]:
-    """Rows around the first disturbance, or else from the start."""
+    """Return the rows around the first disturbance, or from the start if there is none."""
     start_s, end_s = around_first(run, _BEFORE_S, _WINDOW_S)
     time_s = run.time_s[: run.cycles]
     shown = np.flatnonzero((time_s >= start_s) & (time_s <= end_s))
     return shown if shown.size else np.arange(len(time_s))
 
 
-def _told(kind: str, quantity: Quantity, values: NDArray[Any], true: NDArray[Any]) -> str:
+def _title(kind: str, quantity: Quantity, values: NDArray[Any], true: NDArray[Any]) -> str:
     found = agreement(values, true)
     if found is None:
         return f"{kind}: none"
-    r2 = telling(found.r2)
+    r2 = meaningful_r2(found.r2)
     beside = "" if r2 is None else f", R² {r2:.2f}"
     return f"{kind}: RMSE {found.rmse:.2f} {quantity.unit}{beside}"
 

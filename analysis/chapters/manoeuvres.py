@@ -1,4 +1,4 @@
-"""The chapter "Manoeuvres": gaps and speeds beside those that the schedule asks for, over time."""
+"""The chapter "Manoeuvres": gaps and speeds compared with those that the schedule asks for."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ Floats = NDArray[np.float64]
 Row = tuple[Cell, ...]
 Kind = Literal["gap", "speed"]
 
-_REACHED: Final = 0.05  # of the change: nearer than this, a value is reached
-_MOST_LINES: Final = len(CYCLE)
+_REACHED: Final = 0.05  # of the change; a value that is nearer is reached
+_MAX_LINES: Final = len(CYCLE)
 
 
 class Change(NamedTuple):
-    """What the schedule asks of a vehicle (1..n): from one value to another, evenly."""
+    """A change that the schedule asks of a vehicle (1..n): a straight ramp between two values."""
 
     vehicle: int
     kind: Kind
@@ -39,15 +39,15 @@ class Change(NamedTuple):
 
 
 def manoeuvres_section(run: Run) -> Section | None:
-    """Desired against actual gaps and speeds; None where the schedule changes neither."""
+    """Compare desired and actual gaps and speeds; None where the schedule changes neither."""
     found = changes(run)
     if not found:
         return None
     shown = {kind: _vehicles(found, kind) for kind in ("gap", "speed")}
     notes = [
-        f"{len(vehicles)} vehicles change their {kind}; the picture shows the first {_MOST_LINES}."
+        f"{len(vehicles)} vehicles change their {kind}; the picture shows the first {_MAX_LINES}."
         for kind, vehicles in shown.items()
-        if len(vehicles) > _MOST_LINES
+        if len(vehicles) > _MAX_LINES
     ]
     return Section(
         title="Manoeuvres",
@@ -57,9 +57,9 @@ def manoeuvres_section(run: Run) -> Section | None:
             Picture(
                 name="manoeuvres",
                 caption=(
-                    "Gaps, front to front, and speeds (solid) of the vehicles whose desired ones "
-                    "the schedule changes, beside what is desired (dashed). A law with a constant "
-                    "spacing brings the solid line to the dashed one."
+                    "Actual (solid) and desired (dashed) gaps and speeds of the vehicles for which "
+                    "the schedule changes them. Gaps are from front to front. Under a law with a "
+                    "desired gap the solid line approaches the dashed one."
                 ),
                 draw=lambda: _drawn(run, found),
             ),
@@ -68,13 +68,13 @@ def manoeuvres_section(run: Run) -> Section | None:
 
 
 def changes(run: Run) -> list[Change]:
-    """Every change within the run, in order of time; gaps of those with nobody ahead are none."""
+    """Return every change within the run, in order of time; the first vehicle may have no gap."""
     last_s = float(run.time_s[-1])
     found = []
-    for vehicle, told in enumerate(roster(run.scenario), start=1):
-        kinds: list[tuple[Kind, Course]] = [("speed", told.targets.desired_speed_mps)]
+    for vehicle, settings in enumerate(roster(run.scenario), start=1):
+        kinds: list[tuple[Kind, Course]] = [("speed", settings.targets.desired_speed_mps)]
         if vehicle > 1 or run.scenario.ring_length_m is not None:
-            kinds.append(("gap", told.targets.desired_gap_m))
+            kinds.append(("gap", settings.targets.desired_gap_m))
         found += [
             Change(vehicle, kind, *change)
             for kind, course in kinds
@@ -95,7 +95,7 @@ def _vehicles(found: list[Change], kind: str) -> list[int]:
 
 
 def _sheet(run: Run, found: list[Change]) -> Sheet:
-    told = roster(run.scenario)
+    settings = roster(run.scenario)
     actual = {"gap": _gaps(run), "speed": run.truth["speed"]}
     units = {"gap": "desired gap, m", "speed": "desired speed, m/s"}
     rows: list[Row] = []
@@ -110,7 +110,7 @@ def _sheet(run: Run, found: list[Change]) -> Sheet:
             ),
             default=float(run.time_s[-1]),
         )
-        phases = told[change.vehicle - 1].phases
+        phases = settings[change.vehicle - 1].phases
         model = phases[bisect_right(phases, round(change.end_s * 1e9), key=lambda p: p[0]) - 1][1]
         rows.append(
             (
@@ -128,7 +128,7 @@ def _sheet(run: Run, found: list[Change]) -> Sheet:
         )
     return Sheet(
         name="manoeuvres",
-        title="What the schedule asked for, and what came of it",
+        title="Desired and actual changes",
         columns=(
             "from, s",
             "to, s",
@@ -137,14 +137,14 @@ def _sheet(run: Run, found: list[Change]) -> Sheet:
             "what",
             "before",
             "after",
-            "true at the end of the change",
-            "true before the next",
+            "actual at the end of the change",
+            "actual before the next",
             "reached at, s",
         ),
         rows=tuple(rows),
-        note="Reached: from when on the true value is nearer to the desired one than 5 % of the "
-        "change, until the next change or the end of the run. BCM, MBCM and PBCM balance gaps and "
-        "have no desired one, but for the last vehicle of the open road.",
+        note="A value is reached when it stays within 5 % of the change around the desired value, "
+        "until the next change or the end of the run. BCM, MBCM and PBCM balance gaps and have no "
+        "desired gap, except in the last vehicle of the open road.",
     )
 
 
@@ -153,14 +153,14 @@ def _gaps(run: Run) -> Floats:
 
 
 def _at(time_s: Floats, values: Floats, at_s: float) -> float | None:
-    """The value in the cycle that begins at that time; None after the end of the run."""
+    """Return the value in the cycle that begins at that time; None after the end of the run."""
     if at_s > time_s[-1] + 1e-9:
         return None
     return float(values[int(np.searchsorted(time_s, at_s - 1e-9))])
 
 
 def _reached_s(time_s: Floats, values: Floats, change: Change, until_s: float) -> float | None:
-    """From when on the value is reached and stays so; None: never."""
+    """Return the time from which the value stays reached; None if it never does."""
     rows = np.flatnonzero((time_s >= change.start_s - 1e-9) & (time_s <= until_s + 1e-9))
     band = _REACHED * abs(change.after - change.before)
     out = np.flatnonzero(np.abs(values[rows] - change.after) > band)
@@ -173,16 +173,16 @@ def _drawn(run: Run, found: list[Change]) -> Figure:
     figure, axes = subplots(
         len(kinds), height_in=0.6 + 2.3 * len(kinds), sharex=True, squeeze=False
     )
-    told, found_s = roster(run.scenario), happenings(run)
+    settings, marked = roster(run.scenario), happenings(run)
     for one, kind in zip(axes[:, 0], kinds, strict=True):
         values = _gaps(run) if kind == "gap" else run.truth["speed"]
         for colour, vehicle in zip(CYCLE, _vehicles(found, kind), strict=False):
-            targets = told[vehicle - 1].targets
+            targets = settings[vehicle - 1].targets
             course = targets.desired_gap_m if kind == "gap" else targets.desired_speed_mps
             one.plot(run.time_s, values[:, vehicle - 1], color=colour, label=f"vehicle {vehicle}")
             _plot(one, course, float(run.time_s[-1]), colour)
         one.set_xlim(run.time_s[0], run.time_s[-1])
-        mark(one, found_s)
+        mark(one, marked)
         one.set_ylabel("gap ahead, m" if kind == "gap" else "speed, m/s")
         legend(one)
     axes[-1, 0].set_xlabel("time, s")
@@ -190,7 +190,7 @@ def _drawn(run: Run, found: list[Change]) -> Figure:
 
 
 def _plot(axes: Any, course: Course, last_s: float, colour: str) -> None:
-    """A course as it is: its corners, and its last value to the end of the run."""
+    """Draw a course: straight lines between its points, and its last value to the run's end."""
     times = [time_ns * 1e-9 for time_ns, _ in course.points]
     values = [value for _, value in course.points]
     axes.plot(

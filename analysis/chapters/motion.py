@@ -1,4 +1,4 @@
-"""The chapter "Motion" of a run's report: how the fleet moved, in figures and pictures."""
+"""The chapter "Motion" of a report: how the fleet moved, in tables and pictures."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ _TITLE: Final = "Motion"
 
 
 def motion_section(run: Run) -> Section:
-    """Figures and pictures of a run's motion; a note where nothing moved in the log."""
+    """Return tables and pictures of a run's motion; only a note where no cycle was logged."""
     if len(run.time_s) < 2:
-        return Section(title=_TITLE, notes=("No cycle was logged: there is no motion to show.",))
+        return Section(title=_TITLE, notes=("No cycle was logged, so there is no motion to show.",))
     return Section(
         title=_TITLE,
         sheets=(_distances(run), *_speeds(run), _figures(run)),
@@ -71,9 +71,9 @@ def _distances(run: Run) -> Sheet:
         title="Distances",
         columns=("span", "MinDistance, m", "mean gap, m", "MaxDistance, m"),
         rows=tuple(rows),
-        note="MinDistance and MaxDistance are means of the three smallest and largest gaps, front "
-        "to front. Before a disturbance and at the end: means over 5 s; dip: the extremes up to "
-        "30 s after the last disturbance.",
+        note="MinDistance and MaxDistance are the means of the three smallest and the three "
+        "largest gaps, front to front. Before a disturbance and at the end they are means over "
+        "5 s. In the dip they are extremes from the first disturbance until 30 s after the last.",
     )
 
 
@@ -101,9 +101,10 @@ def _figures(run: Run) -> Sheet:
         title="Figures of merit",
         columns=("figure", "unit", "value"),
         rows=tuple(_safety(run) + _comfort(run) + _throughput(run)),
-        note="Time to collision: gap between bumpers over closing speed. TET and TIT: time exposed "
-        "and time integrated (Minderhoud and Bovy 2001), summed over vehicles. Fuel and CO₂: a "
-        "petrol car of Euro 4 on a flat road, as SUMO computes HBEFA3/PC_G_EU4.",
+        note="Time to collision is the gap between bumpers divided by the closing speed. TET and "
+        "TIT are time exposed and time integrated (Minderhoud and Bovy 2001), summed over "
+        "vehicles. Fuel and CO₂ are for a Euro 4 petrol car on a flat road, as SUMO computes them "
+        "for HBEFA3/PC_G_EU4.",
     )
 
 
@@ -134,7 +135,7 @@ def _safety(run: Run) -> list[Row]:
 
 
 def _comfort(run: Run) -> list[Row]:
-    acceleration = run.truth["acceleration"][1:]  # means over the period that ends there
+    acceleration = run.truth["acceleration"][1:]  # row k is the mean over the period before t_k
     limit = run.scenario.control.acceleration_limit_mps2
     rows: list[Row] = [
         ("time at the acceleration limits", "%", 100.0 * share_at_limit(acceleration, limit)),
@@ -162,36 +163,35 @@ def _throughput(run: Run) -> list[Row]:
 
 
 def _pictures(run: Run) -> list[Picture]:
-    seam = (
-        " A line that leaves at the top comes in again below." if run.scenario.ring_length_m else ""
-    )
-    frame = "" if run.scenario.ring_length_m else ", seen from the middle of the fleet"
+    ring = run.scenario.ring_length_m is not None
+    seam = " A line that leaves at the top returns at the bottom." if ring else ""
+    frame = "" if ring else ", with positions relative to the middle of the fleet"
     pictures = [
         Picture(
             name="motion-space-time",
-            caption="Where every vehicle is, coloured by its speed: above the whole run, below "
-            f"the time around the first disturbance{frame}.{seam} A wave of slow traffic shows as "
-            "a dark band; one that falls to the right runs against the traffic.",
+            caption="Position of every vehicle over time, coloured by its speed. The upper panel "
+            "shows the whole run, the lower panel the time around the first disturbance"
+            f"{frame}.{seam} A wave of slow traffic shows as a dark band. A band that falls to "
+            "the right moves against the traffic.",
             draw=partial(space_time, run),
         ),
         Picture(
             name="motion-heat-map",
-            caption="Speed of every vehicle over time. The more even the colour, the calmer the "
-            "fleet.",
+            caption="Speed of every vehicle over time. An even colour is a fleet in steady motion.",
             draw=partial(heat_map, run),
         ),
         Picture(
             name="motion-gaps",
-            caption="MinDistance and MaxDistance, the means of the three smallest and largest "
-            f"gaps. Error bars: mean and standard deviation of those three over {WINDOW_S:g} s "
-            "or a fortieth of the run, whichever is longer; they hold how the three differ and how "
-            "they move.",
+            caption="MinDistance and MaxDistance, the means of the three smallest and the three "
+            "largest gaps. Error bars show mean and standard deviation of these three gaps over "
+            f"{WINDOW_S:g} s or a fortieth of the run, whichever is longer. They cover both the "
+            "differences between the three and their changes over time.",
             draw=partial(distance_bars, run),
         ),
         *_nearness(run),
         Picture(
             name="motion-time-headway",
-            caption="Distribution of the time headway over all vehicles that move and all times.",
+            caption="Distribution of the time headway over all moving vehicles and all times.",
             draw=partial(headways, run),
         ),
     ]
@@ -204,31 +204,32 @@ def _pictures(run: Run) -> list[Picture]:
 
 
 def _nearness(run: Run) -> list[Picture]:
-    """The picture of the time to collision, where any is less than the axis shows."""
+    """Return the picture of the time to collision, if any is short enough to be shown."""
     if float(np.fmin.reduce(run_time_to_collision(run), axis=None)) >= LONGEST_S:
         return []
     return [
         Picture(
             name="motion-time-to-collision",
-            caption="Above, the smallest time to collision of the fleet; below, the share of "
-            "vehicles for which it is under 4 s and under 1.5 s, dashed above.",
+            caption="The upper panel shows the smallest time to collision of the fleet. The lower "
+            "panel shows the share of vehicles for which it is under 4 s and under 1.5 s, which "
+            "are the dashed lines in the upper panel.",
             draw=partial(collision_time, run),
         )
     ]
 
 
 def _which(run: Run) -> str:
-    """The instants of the snapshots, in words."""
+    """Return a description of the instants of the snapshots."""
     if of_paper(run):
-        return "the instants that the paper looks at"
+        return "the instants that the paper uses"
     return f"instants from the {'first disturbance' if disturbances(run.events) else 'start'} on"
 
 
 def _notes(run: Run) -> list[str]:
     notes = []
     if not disturbances(run.events):
-        notes.append("No vehicle was disturbed: there is no dip to look at.")
+        notes.append("No vehicle was disturbed, so there is no dip.")
     missing = [f"{at_s:g}" for at_s in PAPER_S if at_s > run.time_s[-1]]
     if missing and of_paper(run):
-        notes.append(f"The run ends before {' and '.join(missing)} s: no snapshot there.")
+        notes.append(f"The run ends before {' and '.join(missing)} s, so snapshots are missing.")
     return notes

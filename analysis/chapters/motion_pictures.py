@@ -1,4 +1,4 @@
-"""Pictures of where vehicles are and how fast: space-time diagram, heat map, snapshots."""
+"""Pictures of positions and speeds: space-time diagram, heat map, snapshots."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from zenvoy.analysis.page.style import CYCLE, SPEED_MAP, legend, subplots, whole
 
 Floats = NDArray[np.float64]
 
-_BEFORE_S: Final = 10.0  # the first disturbance, of the part of a run that is shown
-_PART_S: Final = 90.0
+_BEFORE_S: Final = 10.0  # the lower panel begins this long before the first disturbance
+_PART_S: Final = 90.0  # shortest time that the lower panel shows
 
-# More than a page can show only makes files large and drawing slow.
-_MOST_LINES: Final = 80
-_MOST_PIECES: Final = 40_000
-_MOST_COLUMNS: Final = 1_400
+# A page cannot show more than these; more would only make files large and drawing slow.
+_MAX_LINES: Final = 80
+_MAX_PIECES: Final = 40_000
+_MAX_COLUMNS: Final = 1_400
 
 
 def space_time(run: Run) -> Figure:
-    """Position by time, a line per vehicle, coloured by speed: the whole run, and a part.
+    """Draw position over time, a line per vehicle, coloured by speed: the whole run, and a part.
 
-    On the open road the part is seen by one who travels with the middle of the fleet.
+    On the open road the positions of the part are relative to the middle of the fleet.
     """
     time_s, ring = run.time_s, run.scenario.ring_length_m
     figure, axes = subplots(2, height_in=6.4)
-    lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), along=False)
-    _lines(axes[1], run, around_first(run, _BEFORE_S, _PART_S), along=not ring)
+    lines = _lines(axes[0], run, (float(time_s[0]), float(time_s[-1])), moving=False)
+    _lines(axes[1], run, around_first(run, _BEFORE_S, _PART_S), moving=not ring)
     axes[0].set_ylabel("position on the ring, m" if ring else "position, m")
     axes[1].set_ylabel("position on the ring, m" if ring else "ahead of the fleet's middle, m")
     found = happenings(run)
@@ -47,15 +47,15 @@ def space_time(run: Run) -> Figure:
     return figure
 
 
-def _lines(axes: Any, run: Run, span: tuple[float, float], *, along: bool) -> LineCollection:
-    """Draw a span, as seen from the roadside or by one who travels along."""
-    vehicles = slice(None, None, -(-run.vehicles // _MOST_LINES))
+def _lines(axes: Any, run: Run, span: tuple[float, float], *, moving: bool) -> LineCollection:
+    """Draw a span of time, in the frame of the road or in one that moves with the fleet."""
+    vehicles = slice(None, None, -(-run.vehicles // _MAX_LINES))
     rows = np.flatnonzero((run.time_s >= span[0]) & (run.time_s <= span[1]))
     many = len(rows) * len(range(run.vehicles)[vehicles])
-    rows = rows[:: max(1, -(-many // _MOST_PIECES))]
+    rows = rows[:: max(1, -(-many // _MAX_PIECES))]
     time_s = run.time_s[rows]
     position = run.truth["position"][rows]
-    if along:
+    if moving:
         position = position - position.mean(axis=1, keepdims=True)
     position = position[:, vehicles]
     speed = run.truth["speed"][rows][:, vehicles]
@@ -81,9 +81,9 @@ def _lines(axes: Any, run: Run, span: tuple[float, float], *, along: bool) -> Li
 def pieces_of(
     time_s: Floats, position: Floats, speed: Floats, ring_length_m: float | None
 ) -> tuple[Floats, Floats]:
-    """Straight pieces (P, 2, 2) of (time, position) and the speed on each (P,).
+    """Return straight pieces (P, 2, 2) of (time, position), and the speed on each (P,).
 
-    A piece that runs over the ring's seam is drawn to its end and again from its beginning.
+    A piece that crosses the seam of the ring is drawn at both ends.
     """
     lap = np.floor(position / ring_length_m) if ring_length_m else np.zeros(position.shape)
     start, end = position[:-1], position[1:]
@@ -106,15 +106,15 @@ def _extent(run: Run, position: Floats) -> tuple[float, float]:
 
 
 def _scale(run: Run) -> Normalize:
-    """The same colours for the same speeds in every picture of a run."""
+    """Return the colour scale for speeds that all pictures of a run share."""
     speed = run.truth["speed"]
     return Normalize(float(speed.min()), float(speed.max()))
 
 
 def heat_map(run: Run) -> Figure:
-    """Speed of every vehicle over time (paper Fig. heatmap)."""
+    """Draw the speed of every vehicle over time (paper Fig. heatmap)."""
     time_s, speed = run.time_s, run.truth["speed"]
-    step = -(-len(speed) // _MOST_COLUMNS)
+    step = -(-len(speed) // _MAX_COLUMNS)
     figure, axes = subplots(height_in=3.2)
     n = speed.shape[1]
     image = axes.imshow(
@@ -137,7 +137,7 @@ def heat_map(run: Run) -> Figure:
 
 
 def snapshots(run: Run) -> Figure:
-    """Speed of every vehicle at some instants (paper Fig. pic_vs)."""
+    """Draw the speed of every vehicle at some instants (paper Fig. pic_vs)."""
     rows = instants(run)
     figure, axes = subplots(len(rows), height_in=0.6 + 1.25 * len(rows), sharex=True, sharey=True)
     vehicles = np.arange(1, run.vehicles + 1)

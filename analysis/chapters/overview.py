@@ -1,4 +1,4 @@
-"""The first chapter of a report: the figures of the summary, and the run in one picture."""
+"""The first chapter of a report: the summary, and the run in one picture."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from typing import Final
 
 from zenvoy.analysis.chapters.overview_picture import overview
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.metrics import telling
+from zenvoy.analysis.measures.metrics import meaningful_r2
 from zenvoy.analysis.measures.summary import Summary
 from zenvoy.analysis.page.happenings import timeline
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 
 Merit = tuple[str, str, Cell]
-"""A figure of merit: what it is, its unit ("" for counts), its value."""
+"""A figure of merit: its name, its unit ("" for counts), its value."""
 
 MERITS: Final = (
-    "MinDistance and MaxDistance are the means of the three smallest and of the three largest "
-    "gaps: before a disturbance and at the end as means over 5 s, in its dip as extremes from the "
-    "first one until 30 s after the last. R² compares an error with the spread of the truth, its "
-    "standard deviation. It is left out where the error is the larger of the two, as in a fleet in "
-    "steady motion: it would be below 0, and say no more. A frame counts once for each receiver "
-    "in range."
+    "MinDistance and MaxDistance are the means of the three smallest and the three largest gaps. "
+    "Before a disturbance and at the end they are means over 5 s. In the dip they are extremes "
+    "from the first disturbance until 30 s after the last. R² compares the error with the spread "
+    "(standard deviation) of the truth. It is left out where the error is larger, as in a fleet in "
+    "steady motion, because it would be below 0. A frame counts once for each receiver in range."
 )
-"""What stands under a table of figures of merit."""
+"""The note under a table of figures of merit."""
 _CAPTION: Final = (
-    "The run at a glance. Top: speed of every vehicle over time; a wave shows as a band that "
-    "crosses the vehicles. Middle: MinDistance and MaxDistance, the means of the three smallest "
-    "and of the three largest gaps; on a string that settles they meet. Bottom: the gap ahead of "
-    "one vehicle as its radar reads it, as it is and, under PBCM, as its filter estimates it."
+    "The run at a glance. The top panel shows the speed of every vehicle over time; a wave is a "
+    "band that crosses the vehicles. The middle panel shows MinDistance and MaxDistance, the means "
+    "of the three smallest and the three largest gaps; they meet when the string settles. The "
+    "bottom panel shows the gap ahead of one vehicle: measured by its radar, true and, under a law "
+    "that predicts, estimated by its filter."
 )
 
 
 def overview_section(run: Run, summary: Summary) -> Section:
-    """Summary and overview of a run that has motion to show."""
+    """Return summary and overview of a run that has motion to show."""
     sheet = Sheet(
         name="summary",
         title="Summary",
@@ -48,7 +48,7 @@ def overview_section(run: Run, summary: Summary) -> Section:
 
 
 def merits(summary: Summary) -> tuple[Merit, ...]:
-    """The figures of a summary that apply to its run, in order."""
+    """Return the figures of a summary that apply to its run, in order."""
     found = [*_distances(summary), *_agreement(summary), *_counts(summary)]
     return tuple(merit for merit in found if merit[2] is not None)
 
@@ -70,7 +70,7 @@ def _agreement(summary: Summary) -> list[Merit]:
         fits = {kind: fit for kind, fit in (summary.get(quantity) or {}).items() if fit}
         for kind, fit in fits.items():
             found.append((f"RMSE of the {kind} {quantity}", unit, fit["rmse"]))
-            found.append((f"R² of the {kind} {quantity}", "", telling(fit["r2"])))
+            found.append((f"R² of the {kind} {quantity}", "", meaningful_r2(fit["r2"])))
         spread = max((fit["spread"] for fit in fits.values()), default=None)
         found.append((f"spread of the true {quantity}", unit, spread))
     return found

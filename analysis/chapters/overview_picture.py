@@ -1,4 +1,4 @@
-"""The overview of a run, drawn without a display."""
+"""Draws the overview of a run."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
 from zenvoy.links.distance import gaps
 
-_LEAD_S: Final = 5.0  # the link is shown from so long before the first disturbance
+_LEAD_S: Final = 5.0  # the link is shown from this long before the first disturbance
 _SPAN_S: Final = 60.0
-_MANY: Final = 1_500  # dots: as shapes they make a drawing large
+_MAX_DOTS: Final = 1_500  # more are rasterised, as they would make a drawing large
 
 
 def overview(run: Run) -> Figure:
-    """Speed of every vehicle, MinDistance and MaxDistance, and what the filter makes of a gap.
+    """Draw the speed of every vehicle, MinDistance and MaxDistance, and one gap with its estimate.
 
     The run must have a cycle.
     """
@@ -69,9 +69,9 @@ def _distances(axes: Any, time_s: NDArray[Any], gap: NDArray[Any]) -> None:
 
 
 def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
-    """The gap ahead of the vehicle behind the first one that is disturbed, around that time."""
+    """Draw the gap ahead of the first disturbed vehicle's follower, around the disturbance."""
     vehicle = first_disturbed(run) % run.vehicles + 1
-    if np.isnan(gap[0, vehicle - 1]):  # nobody is ahead of the first on the open road
+    if np.isnan(gap[0, vehicle - 1]):  # the first vehicle of the open road has no gap
         vehicle = 2
     start_s, end_s = around_first(run, _LEAD_S, _SPAN_S)
     time_s = run.time_s[: run.cycles]
@@ -79,10 +79,10 @@ def _one_link(axes: Any, run: Run, gap: NDArray[Any]) -> None:
     if shown.size:
         time_s, column = time_s[shown], vehicle - 1
         read, estimated = run.radar["gap"][shown, column], run.estimate["ahead_gap"][shown, column]
-        many = shown.size > _MANY
+        many = shown.size > _MAX_DOTS
         axes.plot(time_s, read, ".", color=style.MEASURED, ms=3, label="measured", rasterized=many)
         axes.plot(time_s, gap[shown, column], color=style.TRUE, lw=1.6, label="true")
-        if not np.isnan(estimated).all():  # PBCM alone estimates
+        if not np.isnan(estimated).all():  # only laws that predict have estimates
             axes.plot(time_s, estimated, color=style.ESTIMATED, lw=1.0, label="estimated")
         axes.set_xlim(start_s, start_s + _SPAN_S if len(shown) == 1 else time_s[-1])
     axes.set_xlabel("time, s")

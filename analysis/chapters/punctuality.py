@@ -1,4 +1,4 @@
-"""The chapter on real time: how late things were on the wall clock."""
+"""The chapter on real time: lateness on the wall clock."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from zenvoy.analysis.page.section import Cell, Section, Sheet
 _TITLE: Final = "Real time"
 _ROWS: Final = (
     ("cycle", "beginning of a cycle, after t_k"),
-    ("sense", "sense at its vehicle, after t_k"),
+    ("sense", "arrival of a sense at its vehicle, after t_k"),
     ("decision", "decision, after t_k + v2v_wait"),
-    ("command", "command at the world, after it was to take effect"),
-    ("delivery", "frame at its receiver, after the instant drawn"),
+    ("command", "arrival of a command at the world, after it should take effect"),
+    ("delivery", "arrival of a frame at its receiver, after the drawn instant"),
 )
 
 
 def punctuality_section(run: Run) -> Section:
-    """Lateness, missed deadlines and drift of a run in real time; raises LogError."""
+    """Return lateness, missed deadlines and drift of a run in real time; raises LogError."""
     found = punctuality(run)
     if found is None:
-        return Section(title=_TITLE, notes=("No cycle tells of how it kept to the clock.",))
+        return Section(title=_TITLE, notes=("No cycle was logged, so no lateness is known.",))
     note = (
-        "Latencies and ages of information in other chapters are those that were drawn; what came "
-        "later than that is told here."
+        "Latencies and ages of information in other chapters are those that the channel draws. "
+        "This chapter shows how much later things happened on the wall clock."
     )
     return Section(
         title=_TITLE, sheets=(_lateness(run, found), _deadlines(run, found)), notes=(note,)
@@ -39,15 +39,15 @@ def punctuality_section(run: Run) -> Section:
 
 def _lateness(run: Run, found: Punctuality) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
-    for name, told in _ROWS:
+    for name, title in _ROWS:
         values = getattr(found, name)
-        rows.append((told, len(values), *(quantiles(values) or (None, None, None))))
+        rows.append((title, len(values), *(quantiles(values) or (None, None, None))))
     return Sheet(
         name="realtime-lateness",
         title=f"Lateness on the wall clock, at {run.scenario.speed:g} × real time",
-        columns=("of", "number", "median, ms", "99th percentile, ms", "most, ms"),
+        columns=("what", "number", "median, ms", "99th percentile, ms", "largest, ms"),
         rows=tuple(rows),
-        note="What is below 0 was early: a command is to be there before it takes effect.",
+        note="A negative value is early. A command must arrive before it takes effect.",
     )
 
 
@@ -60,8 +60,8 @@ def _deadlines(run: Run, found: Punctuality) -> Sheet:
         rows=(
             ("commands that came too late", found.commands_late),
             ("commands that never came", found.commands_missing),
-            ("frames that missed the decision they were due for", missed),
-            ("of frames that were due for one", due),
+            ("frames that were due for a decision", due),
+            ("of these, frames that missed it", missed),
             ("cycles that began more than 1 ms late", found.overruns),
             ("drift over the run, ms", found.drift_ms),
         ),

@@ -1,4 +1,4 @@
-"""The chapter "String stability" of a run's report: what was measured beside linear theory."""
+"""The chapter "String stability" of a report: measurements compared with linear theory."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _TITLE: Final = "String stability"
 
 
 def stability_section(run: Run) -> Section:
-    """Gains, waves and modes after the first disturbance; notes for what cannot be told."""
+    """Return gains, waves and modes after the first disturbance, with notes on what is missing."""
     if len(run.time_s) < 2:
-        return Section(title=_TITLE, notes=("No cycle was logged: there is no motion to judge.",))
+        return Section(title=_TITLE, notes=("No cycle was logged, so there is no motion to show.",))
     case = disturbed(run)
     if isinstance(case, str):
         return Section(title=_TITLE, notes=(case,))
@@ -45,11 +45,11 @@ def stability_section(run: Run) -> Section:
 
 
 def _frequency_notes(run: Run, case: Disturbed) -> list[str]:
-    if settled(run, case)[[*case.behind, *case.ahead]].all():
+    if settled(run, case)[[*case.backwards, *case.forwards]].all():
         return []
     return [
-        "Some vehicles still move (or tremble with noise) where the record begins or ends, and a "
-        "Fourier transform would take the cut for motion: they have no gain over frequency."
+        "Some vehicles have no gain over frequency. They still accelerate at the beginning or end "
+        "of the record, if only by noise, and the Fourier transform would be wrong there."
     ]
 
 
@@ -57,10 +57,10 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
     pictures = [
         Picture(
             name="stability-gains",
-            caption="How large the deviation of speed is at each vehicle, relative to the "
-            "disturbed one: by its L2 norm, and by its largest value. A string is stable where "
-            "the points fall. Points: measured; line: what linear theory makes of the disturbed "
-            "vehicle's motion.",
+            caption="Deviation of each vehicle's speed relative to that of the disturbed vehicle: "
+            "L2 norm on the left, largest value (L∞) on the right. In a stable string it falls "
+            "with the distance from the disturbed vehicle. Points are measured. The line is "
+            "linear theory, for the actual motion of the disturbed vehicle.",
             draw=partial(gain_picture, case),
         )
     ]
@@ -68,19 +68,20 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
         pictures.append(
             Picture(
                 name="stability-frequency",
-                caption="Gain of speed over frequency, from the disturbed vehicle to some behind "
-                "it: ratio of the Fourier transforms of their accelerations, at frequencies at "
-                "which the disturbed one moved. Points: measured; lines: linear theory.",
+                caption="Gain of speed over frequency, from the disturbed vehicle to some vehicles "
+                "behind it: the ratio of the Fourier transforms of their accelerations, at the "
+                "frequencies that the disturbance contains. Points are measured, lines are linear "
+                "theory.",
                 draw=partial(frequency_picture, run, case),
             )
         )
-    if case.has_dip and len(case.dips(case.deviation, case.behind)[0]) > 1:
+    if case.has_dip and len(case.dips(case.deviation, case.backwards)[0]) > 1:
         pictures.append(
             Picture(
                 name="stability-wave",
-                caption="When the dip of speed came to each vehicle: the slope is the time it "
-                "takes from one to the next. Points: measured; line: linear theory, "
-                "from the disturbed vehicle's motion.",
+                caption="Time at which the dip in speed reaches each vehicle. The slope is the "
+                "time from one vehicle to the next. Points are measured. The line is linear "
+                "theory, for the actual motion of the disturbed vehicle.",
                 draw=partial(wave_picture, run, case),
             )
         )
@@ -88,10 +89,11 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
         pictures.append(
             Picture(
                 name="stability-modes",
-                caption="Modes of the ring after the disturbance. Left, the rate at which each "
-                "grows (above 0) or decays: points measured, line by theory. Right, the slowest "
-                "one over time: points measured; line: the two exponents of theory, with the "
-                "amplitudes that fit best up to the dashed line, where the fit ends.",
+                caption="Modes of the ring after the disturbance. The left panel shows the rate at "
+                "which each mode grows (above 0) or decays; points are measured, the line is "
+                "theory. The right panel shows the amplitude of the slowest mode over time. There "
+                "the line has the two exponents of theory, with weights fitted up to the dashed "
+                "line.",
                 draw=partial(mode_picture, run, modes),
             )
         )

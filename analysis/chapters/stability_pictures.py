@@ -1,4 +1,4 @@
-"""Pictures of string stability: measured as points, linear theory as grey lines."""
+"""Pictures of string stability: measurements are points, linear theory is grey lines."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ from zenvoy.analysis.theory.ring_modes import Modes
 
 Floats = NDArray[np.float64]
 
-EXCITED: Final = 0.05  # share of the largest amplitude from which a frequency is told
+EXCITED: Final = 0.05  # share of the largest amplitude from which a frequency is shown
 
 _MEASURED: Final = CYCLE[0]
-_RESTS: Final = 0.05  # of its largest acceleration: what a settled vehicle may still show
-_LAST: Final = 50  # a fiftieth of the record, but at least a second, is its end
-_SHOWN: Final = (1, 3, 10)  # vehicles behind the disturbed one, and the last one
+_SETTLED: Final = 0.05  # share of its largest acceleration that a settled vehicle may have
+_END: Final = 50  # the end of a record is a fiftieth of it, but at least a second
+_SHOWN: Final = (1, 3, 10)  # places behind the disturbed vehicle; the last one is added
 _DECADE: Final = 10.0
-_SMALLEST: Final = 1e-3  # gain, amplitude relative to the largest: the axes' lower ends
+_SMALLEST: Final = 1e-3  # lower end of the axes: a gain, or a share of the largest amplitude
 
 
 def gain_picture(case: Disturbed) -> Figure:
-    """L2 and L∞ norm of each vehicle's deviation over those of the disturbed one."""
+    """Draw L2 and L∞ norm of each vehicle's deviation relative to the disturbed vehicle."""
     figure, axes = subplots(1, 2, height_in=3.2, sharex=True)
     measured = case.gains(case.deviation)
     theory = None if case.predicted is None else case.gains(case.predicted)
-    order = np.concatenate([case.ahead[:0:-1], case.behind])
-    behind = np.arange(len(order)) - (len(case.ahead) - 1)
+    order = np.concatenate([case.forwards[:0:-1], case.backwards])
+    behind = np.arange(len(order)) - (len(case.forwards) - 1)
     for one, field, title in zip(axes, ("l2", "linf"), ("L2", "L∞"), strict=True):
         shown = [getattr(measured, field)[order]]
         if theory is not None:
@@ -59,7 +59,7 @@ def gain_picture(case: Disturbed) -> Figure:
 
 
 def _scale(axes: Any, low: float, high: float) -> None:
-    """A logarithmic axis of gains where they span a decade, else a linear one from 0."""
+    """Use a logarithmic axis for gains that span a decade, else a linear one from 0."""
     if high < _DECADE * low:
         axes.set_ylim(0.0, 1.2 * max(high, 1.0))
     else:
@@ -69,15 +69,15 @@ def _scale(axes: Any, low: float, high: float) -> None:
 
 
 def settled(run: Run, case: Disturbed) -> NDArray[np.bool_]:
-    """Vehicles (n,) whose acceleration has died out at the end of the record.
+    """Return which vehicles (n,) no longer accelerate at the end of the record.
 
-    None of them where the record begins in the middle of things.
+    None counts as settled where the record does not begin with the disturbance.
     """
     if not case.from_start:
         return np.zeros(run.vehicles, dtype=np.bool_)
     acceleration = np.abs(_acceleration(run, case))
-    last = acceleration[-max(round(1.0 / case.period_s), len(acceleration) // _LAST, 1) :]
-    return np.asarray(last.max(axis=0) <= _RESTS * acceleration.max(axis=0))
+    end = acceleration[-max(round(1.0 / case.period_s), len(acceleration) // _END, 1) :]
+    return np.asarray(end.max(axis=0) <= _SETTLED * acceleration.max(axis=0))
 
 
 def _acceleration(run: Run, case: Disturbed) -> Floats:
@@ -85,24 +85,24 @@ def _acceleration(run: Run, case: Disturbed) -> Floats:
 
 
 def followers(run: Run, case: Disturbed) -> list[int]:
-    """How far behind the vehicles are whose gain over frequency is worth showing.
+    """Return the distances behind the disturbed vehicle for which the gain is shown.
 
-    They have settled, and what reached them stands out of the noise.
+    These vehicles have settled, and their deviation is above the noise.
     """
-    last = len(case.behind) - 1
-    quiet = settled(run, case)
-    worth = (case.seen & quiet & quiet[case.source])[case.behind]
-    return [k for k in sorted({*_SHOWN, last}) if 0 < k <= last and worth[k]]
+    last = len(case.backwards) - 1
+    at_rest = settled(run, case)
+    usable = (case.above_noise & at_rest & at_rest[case.source])[case.backwards]
+    return [k for k in sorted({*_SHOWN, last}) if 0 < k <= last and usable[k]]
 
 
 def frequency_picture(run: Run, case: Disturbed) -> Figure:
-    """Gain over frequency from the disturbed vehicle to some behind it."""
+    """Draw the gain over frequency from the disturbed vehicle to some behind it."""
     acceleration = _acceleration(run, case)
     figure, axes = subplots(height_in=3.4)
     highest, largest, smallest = 0.1, 1.0, 1.0
     for number, k in enumerate(followers(run, case)):
         found = response(
-            acceleration[:, case.source], acceleration[:, case.behind[k]], case.period_s, EXCITED
+            acceleration[:, case.source], acceleration[:, case.backwards[k]], case.period_s, EXCITED
         )
         gain = np.abs(found.ratio)
         colour = CYCLE[number]
@@ -128,11 +128,11 @@ def _theory_lines(axes: Any, run: Run, case: Disturbed, highest: float) -> None:
     gain = np.abs(frequency_response(omega, case.theory.members, case.source, ring=ring))
     for number, k in enumerate(followers(run, case)):
         label = "theory" if number == 0 else None
-        axes.loglog(omega, gain[:, case.behind[k]], color=THEORY, zorder=1, label=label)
+        axes.loglog(omega, gain[:, case.backwards[k]], color=THEORY, zorder=1, label=label)
 
 
 def mode_picture(run: Run, modes: Modes) -> Figure:
-    """Growth rate of each mode, and the slowest one over time."""
+    """Draw the growth rate of each mode, and the slowest mode over time."""
     figure, (left, right) = subplots(1, 2, height_in=3.2)
     theory = [(row.number, row.theory.rate) for row in modes.rows if row.theory]
     measured = [(row.number, row.measured.rate) for row in modes.rows if row.measured]
@@ -141,7 +141,7 @@ def mode_picture(run: Run, modes: Modes) -> Figure:
     if measured:
         left.plot(*zip(*measured, strict=True), "o", color=_MEASURED, ms=4, label="measured")
     left.axhline(0.0, color="black", lw=0.6, ls=":")
-    left.set_xlabel("mode: waves round the ring")
+    left.set_xlabel("mode (number of waves round the ring)")
     left.set_ylabel("growth rate, 1/s")
     _slowest(right, modes)
     mark(right, happenings(run))
@@ -171,17 +171,15 @@ def _slowest(axes: Any, modes: Modes) -> None:
 
 
 def wave_picture(run: Run, case: Disturbed) -> Figure:
-    """When the dip of speed was at each vehicle, both ways."""
+    """Draw when the dip in speed reached each vehicle, in both directions."""
     figure, axes = subplots(height_in=3.0)
-    for sign, order in ((1, case.behind), (-1, case.ahead)):
+    for sign, order in ((1, case.backwards), (-1, case.forwards)):
         if case.predicted is not None:
             theory = case.dips(case.predicted, order)
-            axes.plot(
-                sign * theory.behind, theory.time_s, color=THEORY, label="theory" * (sign > 0)
-            )
+            axes.plot(sign * theory.steps, theory.time_s, color=THEORY, label="theory" * (sign > 0))
         found = case.dips(case.deviation, order)
         axes.plot(
-            sign * found.behind,
+            sign * found.steps,
             found.time_s,
             "o",
             color=_MEASURED,

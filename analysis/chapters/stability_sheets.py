@@ -1,4 +1,4 @@
-"""Tables of string stability: figures and modes, measured beside theory."""
+"""Tables of string stability: figures and modes, measured and by theory."""
 
 from __future__ import annotations
 
@@ -26,47 +26,47 @@ Row = tuple[Cell, ...]
 
 
 def figure_sheet(run: Run, case: Disturbed, modes: Modes) -> Sheet:
-    """What there is to say in one number, measured and by theory."""
+    """Return the figures that are single numbers, measured and by theory."""
     disturbance = case.disturbance
-    theory = " Theory: linear, from the motion of the disturbed vehicle as it was."
+    theory = " Theory is linear, for the actual motion of the disturbed vehicle."
     theory = "" if case.predicted is None else theory
     return Sheet(
         name="stability-figures",
         title="String stability in figures",
         columns=("figure", "unit", "measured", "theory"),
         rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *_slowest(modes)),
-        note=f"From {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
-        f"{disturbance.vehicle} was disturbed ({disturbance.text}).{theory}",
+        note=f"The figures cover {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
+        f"{disturbance.vehicle} was disturbed ({disturbance.kind}: {disturbance.text}).{theory}",
     )
 
 
 def _gains(case: Disturbed) -> list[Row]:
     rows: list[Row] = []
-    last = len(case.behind) - 1
+    last = len(case.backwards) - 1
     for field, name in (("l2", "L2"), ("linf", "L∞")):
         both = [getattr(gains, field) for gains in gains_beside(case)]
         steps = [_largest_step(case, values) for values in both]
-        ends = [float(values[case.behind[-1]]) for values in both]
+        ends = [float(values[case.backwards[-1]]) for values in both]
         rows += [
             (f"largest {name} gain from one vehicle to the next", "", *pair(steps)),
-            (f"{name} gain to the vehicle {last} behind", "", *pair(ends)),
+            (f"{name} gain to the vehicle {last} places behind", "", *pair(ends)),
         ]
     return rows
 
 
 def _largest_step(case: Disturbed, gain: Floats) -> float | None:
-    seen = case.seen
+    above_noise = case.above_noise
     steps = [
         float(gain[vehicle] / gain[before])
-        for order in (case.behind, case.ahead)
+        for order in (case.backwards, case.forwards)
         for before, vehicle in pairwise(order)
-        if seen[before]
+        if above_noise[before]
     ]
     return max(steps, default=None)
 
 
 def _one_pair(run: Run, case: Disturbed) -> list[Row]:
-    """One vehicle behind another: what every vehicle of a string under FM does."""
+    """Return the figures of one vehicle behind another, in a string under FM."""
     chain = _following(case)
     if chain is None:
         return []
@@ -81,7 +81,7 @@ def _one_pair(run: Run, case: Disturbed) -> list[Row]:
             None,
             "yes" if is_string_stable(gains) else "no",
         ),
-        ("delay: wait, system, half a period", "s", None, delay_s),
+        ("delay (V2V wait, system, half a period)", "s", None, delay_s),
         ("peak gain to the next vehicle", "", gain, peak.gain),
         ("frequency of that peak", "rad/s", omega, peak.omega),
         ("group delay at that peak", "s", None, packet_s),
@@ -89,29 +89,33 @@ def _one_pair(run: Run, case: Disturbed) -> list[Row]:
 
 
 def _following(case: Disturbed) -> Member | None:
-    """The law of all vehicles behind the disturbed one where that is FM, alike for all."""
-    if case.theory is None or len(case.behind) < 2:
+    """Return the law of the vehicles behind the disturbed one if it is the same FM for all."""
+    if case.theory is None or len(case.backwards) < 2:
         return None
-    laws = {case.theory.members[i] for i in case.behind[1:]}
+    laws = {case.theory.members[i] for i in case.backwards[1:]}
     law = laws.pop()
     return law if not laws and law.coupling == FM else None
 
 
 def _measured_peak(run: Run, case: Disturbed) -> tuple[float | None, float | None]:
-    """Peak of the gain from vehicle to vehicle: the k-th root of that to the farthest one shown."""
+    """Return the peak gain from one vehicle to the next, and its frequency.
+
+    It is the k-th root of the gain to the farthest vehicle shown, which is k places behind.
+    """
     shown = followers(run, case)
     if not shown:
         return None, None
     k = shown[-1]
     acceleration = run.truth["acceleration"][case.rows]
-    head, tail = acceleration[:, case.source], acceleration[:, case.behind[k]]
+    head, tail = acceleration[:, case.source], acceleration[:, case.backwards[k]]
     found = response(head, tail, case.period_s, EXCITED)
     gain = np.abs(found.ratio) ** (1.0 / k)
     best = int(np.argmax(gain))
     around = slice(best - 1, best + 2)
     if not 0 < best < len(gain) - 1:
         return float(gain[best]), float(found.omega[best])
-    curve = np.polyfit(found.omega[around], gain[around], 2)  # finer than the record resolves
+    # A parabola finds the peak between the frequencies that the record resolves.
+    curve = np.polyfit(found.omega[around], gain[around], 2)
     omega = -curve[1] / (2.0 * curve[0])
     return float(np.polyval(curve, omega)), float(omega)
 
@@ -122,7 +126,10 @@ def _waves(run: Run, case: Disturbed) -> list[Row]:
     rows: list[Row] = []
     gap_m = run.scenario.fleet.gap_m
     speed_mps = float(run.truth["speed"][case.rows].mean())
-    for order, way, sign in ((case.behind, "backwards", 1.0), (case.ahead, "forwards", -1.0)):
+    for order, direction, sign in (
+        (case.backwards, "backwards", 1.0),
+        (case.forwards, "forwards", -1.0),
+    ):
         measured = wave_speed(case.dips(case.deviation, order))
         theory = None if case.predicted is None else wave_speed(case.dips(case.predicted, order))
         if measured is None and theory is None:
@@ -131,7 +138,7 @@ def _waves(run: Run, case: Disturbed) -> list[Row]:
             None if speed is None else metres_per_second(sign * speed, gap_m, speed_mps)
             for speed in (measured, theory)
         ]
-        what = f"dip {way}: speed"
+        what = f"dip {direction}, speed"
         rows.append((f"{what} from vehicle to vehicle", "vehicles/s", measured, theory))
         rows += _over_the_road(what, over)
     alike = case.theory.alike if case.theory else None
@@ -144,12 +151,12 @@ def _waves(run: Run, case: Disturbed) -> list[Row]:
 
 
 def _over_the_road(what: str, both: Sequence[float | None]) -> list[Row]:
-    """Speeds over the road, m/s, without a sign: which way it goes is said in words."""
+    """Return speeds over the road, m/s, without a sign; the name gives the direction."""
     rows: list[Row] = []
-    for way, sign in (("against the traffic", -1.0), ("with the traffic", 1.0)):
-        goes = [None if v is None or sign * v < 0.0 else abs(v) for v in both]
-        if any(v is not None for v in goes):
-            rows.append((f"{what} over the road, {way}", "m/s", *goes))
+    for direction, sign in (("against the traffic", -1.0), ("with the traffic", 1.0)):
+        speeds = [None if v is None or sign * v < 0.0 else abs(v) for v in both]
+        if any(v is not None for v in speeds):
+            rows.append((f"{what} over the road, {direction}", "m/s", *speeds))
     return rows
 
 
@@ -160,17 +167,17 @@ def _slowest(modes: Modes) -> list[Row]:
     both = (row.measured, row.theory)
     return [
         (
-            f"slowest mode, number {row.number}: growth rate",
+            f"slowest mode ({row.number}), growth rate",
             "1/s",
             *(found.rate if found else None for found in both),
         ),
         (
-            f"slowest mode, number {row.number}: frequency",
+            f"slowest mode ({row.number}), frequency",
             "rad/s",
             *(found.omega if found else None for found in both),
         ),
         (
-            f"slowest mode, number {row.number}: half-life",
+            f"slowest mode ({row.number}), half-life",
             "s",
             *(_half_life(found.rate) if found else None for found in both),
         ),
@@ -182,29 +189,31 @@ def _half_life(rate: float) -> float | None:
 
 
 def stretch_sheet(run: Run, case: Disturbed) -> Sheet:
-    """A row per linear stretch: gains of the fluctuations of speed around each vehicle's mean."""
+    """Return a row per linear stretch, with gains of speed fluctuations around each mean."""
     return Sheet(
         name="stability-stretches",
-        title="Stretches that are linear",
+        title="Linear stretches",
         columns=(
             "from, s",
             "to, s",
             "disturbed vehicle's fluctuation, m/s",
-            f"L2 gain to vehicle {case.behind[-1] + 1}",
-            f"L∞ gain to vehicle {case.behind[-1] + 1}",
+            f"L2 gain to vehicle {case.backwards[-1] + 1}",
+            f"L∞ gain to vehicle {case.backwards[-1] + 1}",
             "largest L2 gain to the next",
         ),
         rows=tuple(_stretch_row(run, case, stretch) for stretch in case.stretches),
-        note="Each by itself: deviations of speed from each vehicle's mean over the stretch. The "
-        "fluctuation is their standard deviation.",
+        note="Deviations are from each vehicle's mean speed over the stretch. The fluctuation is "
+        "their standard deviation.",
     )
 
 
 def _stretch_row(run: Run, case: Disturbed, stretch: Stretch) -> Row:
     found = norms(fluctuation(run, stretch), case.period_s)
-    chain = [(before, after) for before, after in pairwise(case.behind) if found.l2[before] > 0.0]
+    chain = [
+        (before, after) for before, after in pairwise(case.backwards) if found.l2[before] > 0.0
+    ]
     steps = [float(found.l2[after] / found.l2[before]) for before, after in chain]
-    last, source = case.behind[-1], case.source
+    last, source = case.backwards[-1], case.source
     moved = found.l2[source] > 0.0
     return (
         float(run.time_s[stretch.low]),
@@ -217,7 +226,7 @@ def _stretch_row(run: Run, case: Disturbed, stretch: Stretch) -> Row:
 
 
 def mode_sheet(modes: Modes) -> Sheet:
-    """A row per mode of the ring."""
+    """Return a row per mode of the ring."""
     rows: list[Row] = []
     for row in modes.rows:
         measured, theory = row.measured, row.theory
@@ -243,6 +252,7 @@ def mode_sheet(modes: Modes) -> Sheet:
             "R² of the fit",
         ),
         rows=tuple(rows),
-        note="Mode n has n waves round the ring; a negative growth rate is a decay. Measured where "
-        "the mode stands out of what it was before the disturbance and two exponents describe it.",
+        note="Mode n has n waves round the ring. A negative growth rate is a decay. A mode is "
+        "measured if it is clearly stronger than before the disturbance, and if two exponents "
+        "describe it.",
     )

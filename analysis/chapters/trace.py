@@ -1,4 +1,4 @@
-"""A speed trace as a table and a picture: what would be read, and what it asks of a vehicle."""
+"""A speed trace in tables and a picture: how it is read, and what it asks of a vehicle."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Floats = NDArray[np.float64]
 Row = tuple[Cell, ...]
 
 _STANDS_MPS: Final = 0.1
-_FAR_S: Final = 60.0  # a first time past this is a clock's rather than a wait
+_LATE_S: Final = 60.0  # a later first time is probably clock time, and not a wait
 _NAMES: Final = {"\t": "tab", ";": ";", ",": ","}
 
 
 def trace_section(read: Recording, limit_mps2: float) -> Section:
-    """What was read, beside the limit of commands; the recording has two points at least."""
+    """Return what was read, with the limit of commands; the recording has at least two points."""
     time_s, speed = np.array(read.points).T
     a = np.diff(speed) / np.diff(time_s)
     return Section(
@@ -33,8 +33,8 @@ def trace_section(read: Recording, limit_mps2: float) -> Section:
                 name="trace",
                 caption=(
                     "Speed over time, and the acceleration from each point to the next. The dashed "
-                    f"lines are the limits of commands, ±{limit_mps2:g} m/s²: the vehicle that "
-                    "follows the trace is not held to them, those behind it are."
+                    f"lines are the limits of commands, ±{limit_mps2:g} m/s². They do not apply to "
+                    "the vehicle that follows the trace, but to the vehicles behind it."
                 ),
                 draw=lambda: _drawn(time_s, speed, a, limit_mps2),
             ),
@@ -49,18 +49,18 @@ def _reading(read: Recording) -> Sheet:
         ("column of times", read.time_column),
         ("unit of times", read.time_unit),
         ("first time, as written", read.first_time),
-        ("times count", "from the first" if read.from_first else "as given"),
+        ("time 0", "first point" if read.from_first else "as in the file"),
         ("column of speeds", read.column),
         ("unit of speeds", read.unit),
         ("points", len(read.points)),
         ("rows without a speed, left out", read.missing),
         ("longest time without a speed, s", round(read.longest_gap_s, 6) or None),
-        ("speeds a little below 0, taken to be 0", read.raised),
+        ("speeds slightly below 0, set to 0", read.raised),
         ("rows of other vehicles, left out", read.others),
     ]
     shown = tuple((what, value if value is None else str(value)) for what, value in rows)
     return Sheet(
-        name="trace-reading", title="How it is read", columns=("what", "value"), rows=shown
+        name="trace-reading", title="How the file is read", columns=("what", "value"), rows=shown
     )
 
 
@@ -91,7 +91,7 @@ def _motion(time_s: Floats, speed: Floats, a: Floats, limit_mps2: float) -> Shee
     ]
     return Sheet(
         name="trace-motion",
-        title="What it asks for",
+        title="Motion that the trace asks for",
         columns=("figure", "unit", "value"),
         rows=tuple(rows),
     )
@@ -100,19 +100,18 @@ def _motion(time_s: Floats, speed: Floats, a: Floats, limit_mps2: float) -> Shee
 def _notes(read: Recording, a: Floats, limit_mps2: float) -> list[str]:
     first_s, first_mps = read.points[0]
     notes = []
-    if first_s > _FAR_S and not read.from_first:
+    if first_s > _LATE_S and not read.from_first:
         notes.append(
-            f"The trace begins {first_s:g} s after the event's at_s: its times are as given. "
-            "With time: from-first, its first point is time 0."
+            f"The trace begins {first_s:g} s after the event's at_s, as the times in the file say. "
+            "With time: from-first it begins at once."
         )
     hard = int((np.abs(a) > limit_mps2).sum())
     if hard:
         notes.append(
-            f"{hard} of {len(a)} steps are beyond ±{limit_mps2:g} m/s². The vehicle takes them all "
-            "the same; those behind it fall back or come close, unless "
-            "control.acceleration_limit_mps2 is larger."
+            f"{hard} of {len(a)} steps are beyond ±{limit_mps2:g} m/s². The vehicle follows them, "
+            "but the vehicles behind it cannot, unless control.acceleration_limit_mps2 is larger."
         )
-    notes.append(f"A vehicle that starts without a jerk has fleet.speed_mps: {first_mps:.6g}.")
+    notes.append(f"To start without a jump in speed, set fleet.speed_mps: {first_mps:.6g}.")
     return notes
 
 

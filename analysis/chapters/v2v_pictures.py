@@ -29,17 +29,17 @@ from zenvoy.analysis.page.style import (
 )
 
 _BARS: Final = 40
-_LONGEST_BARS: Final = 30
-_WIDEST: Final = 1e4  # of latencies on one axis: the largest over the smallest shown
+_MAX_BURST_BARS: Final = 30  # longer bursts are shown as dots
+_MAX_RATIO: Final = 1e4  # of the largest to the smallest latency on one axis
 
 
 def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
-    """Histogram and empirical distribution function."""
+    """Draw histogram and empirical distribution function of the latency."""
     figure, (bars, curve) = subplots(1, 2, height_in=2.8, sharex=True)
     at_ms = np.arange(len(latency.counts)) * latency.width_ns * 1e-6
     seen = np.flatnonzero(latency.counts)
     low, high = at_ms[seen[0]], at_ms[seen[-1]]
-    floor = max(low, high / _WIDEST)
+    floor = max(low, high / _MAX_RATIO)
     long = is_long(floor, high)
     edges = np.linspace(low, high, _BARS + 1) if high > low else np.array([low - 0.05, low + 0.05])
     if long:
@@ -52,7 +52,7 @@ def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
     at = np.concatenate([[low - margin], at_ms[seen], [right]])
     reached = np.concatenate([[0.0], np.cumsum(share), [100.0]])
     curve.step(at, reached, where="post", color=CYCLE[0])
-    curve.set_ylabel("frames that took no longer, %")
+    curve.set_ylabel("frames up to this latency, %")
     if long:
         long_axis(bars, floor, max(high, wait_ms))
     else:
@@ -60,7 +60,7 @@ def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
         bars.xaxis.set_major_locator(MaxNLocator(5))
     for axis in (bars, curve):
         axis.set_axisbelow(True)
-        axis.axvline(wait_ms, color=THEORY, ls="--", lw=1.0, label="vehicles decide")
+        axis.axvline(wait_ms, color=THEORY, ls="--", lw=1.0, label="decision")
         axis.set_xlabel(f"latency over {technology}, ms")
         axis.set_ylim(0.0, 1.03 * axis.get_ylim()[1])
     curve.set_ylim(0.0, 103.0)
@@ -69,7 +69,7 @@ def draw_latency(latency: Latencies, wait_ms: float, technology: str) -> Figure:
 
 
 def draw_delivery(found: Distances, overall: float) -> Figure:
-    """Share of frames delivered in each bin of distance, with its interval."""
+    """Draw the share of frames delivered in each bin of distance, with its interval."""
     figure, axis = subplots(height_in=2.8)
     sent = found.sent > 0
     low, high = wilson(found.delivered, found.sent)
@@ -93,7 +93,7 @@ def draw_delivery(found: Distances, overall: float) -> Figure:
 def draw_load(
     busy_ratio: NDArray[np.float64], period_s: float, found: Sequence[Happening]
 ) -> Figure:
-    """Channel busy ratio over time: mean, and from the idlest to the busiest vehicle."""
+    """Draw the channel busy ratio over time: mean, and range over the vehicles."""
     figure, axis = subplots(height_in=2.6)
     time_s = np.arange(len(busy_ratio)) * period_s
     low, high = 100.0 * busy_ratio.min(axis=1), 100.0 * busy_ratio.max(axis=1)
@@ -102,14 +102,14 @@ def draw_load(
     axis.set_ylim(0.0, min(100.0, 1.15 * float(high.max()) + 1.0))
     axis.set_xlim(0.0, max(float(time_s[-1]), period_s))
     axis.set_xlabel("time, s")
-    axis.set_ylabel("busy, %")
+    axis.set_ylabel("channel busy ratio, %")
     mark(axis, found)
     legend(axis)
     return _typed(figure)
 
 
 def draw_ages(counts: Mapping[str, NDArray[np.int64]], period_ms: float, limit_ms: float) -> Figure:
-    """Share of the ages that are not older, and of those that are, on a logarithmic scale."""
+    """Draw the share of decisions with at most each age, and with a higher one (logarithmic)."""
     figure, (curve, tail) = subplots(1, 2, height_in=2.8, sharex=True)
     longest = max(len(count) for count in counts.values())
     for number, (name, count) in enumerate(counts.items()):
@@ -128,20 +128,20 @@ def draw_ages(counts: Mapping[str, NDArray[np.int64]], period_ms: float, limit_m
         tail.step(at_ms, 100.0 * older, where="post", **look)
     tail.set_yscale("log")
     plain_log(tail.yaxis)
-    curve.set_ylabel("decisions, %, not older")
-    tail.set_ylabel("decisions, %, older")
+    curve.set_ylabel("decisions up to this age, %")
+    tail.set_ylabel("decisions above this age, %")
     curve.set_ylim(0.0, 103.0)
     for axis in (curve, tail):
         axis.set_xlabel("age of information, ms")
         long_axis(axis, period_ms, longest * period_ms)
         if limit_ms <= longest * period_ms:
-            axis.axvline(limit_ms, color=THEORY, ls="--", lw=1.0, label="limit of age")
+            axis.axvline(limit_ms, color=THEORY, ls="--", lw=1.0, label="age limit")
     figure_legend(figure, curve, tail)
     return _typed(figure)
 
 
 def draw_age_map(aged: Ages, vehicles: int, period_ms: float) -> Figure:
-    """Mean age by source and destination."""
+    """Draw the mean age by source and destination."""
     figure, axis = subplots(height_in=4.6)
     image = np.full((vehicles, vehicles), np.nan)
     image[aged.destination - 1, aged.source - 1] = aged.mean() * period_ms
@@ -155,18 +155,18 @@ def draw_age_map(aged: Ages, vehicles: int, period_ms: float) -> Figure:
     extend = "max" if known.max() > top else "neither"
     figure.colorbar(shown, ax=axis, label="mean age, ms", extend=extend)
     axis.grid(visible=False)
-    axis.set_xlabel("source, vehicle")
-    axis.set_ylabel("destination, vehicle")
+    axis.set_xlabel("sending vehicle")
+    axis.set_ylabel("receiving vehicle")
     whole_numbers(axis.xaxis, axis.yaxis)
     return _typed(figure)
 
 
 def draw_bursts(bursts: NDArray[np.int64], loss_ratio: float) -> Figure:
-    """Share of bursts by length, beside the geometric law; as dots where some are long."""
+    """Draw the share of bursts by length, with the geometric law; as dots if some are long."""
     figure, axis = subplots(height_in=2.8)
     length = np.flatnonzero(bursts)
     share = 100.0 * bursts[length] / bursts.sum()
-    if length[-1] <= _LONGEST_BARS:
+    if length[-1] <= _MAX_BURST_BARS:
         axis.bar(length, share, width=0.7, color=CYCLE[0], label="logged")
         axis.set_xlim(0.4, max(length[-1] + 0.6, 4.6))
         whole_numbers(axis.xaxis)

@@ -13,19 +13,19 @@ from zenvoy.analysis.measures.traffic import Traffic
 from zenvoy.analysis.page.section import Cell, Sheet
 
 _WILSON_NOTE: Final = (
-    "The interval is Wilson's at 95 %, for losses that are independent of each other; where they "
-    "come in bursts, it is too narrow."
+    "The interval is Wilson's at 95 %, for independent losses. It is too narrow if losses come in "
+    "bursts."
 )
 
 
-def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
-    """One row: outcomes of the run."""
-    low, high = wilson(np.array([told.delivered]), np.array([told.sent]))
-    shares = (told.delivered / told.sent, float(low[0]), float(high[0]))
+def delivery_sheet(run: Traffic, outcomes: Delivery) -> Sheet:
+    """Return one row with the outcomes of the run's frames."""
+    low, high = wilson(np.array([outcomes.delivered]), np.array([outcomes.sent]))
+    shares = (outcomes.delivered / outcomes.sent, float(low[0]), float(high[0]))
     technology = run.scenario.channel.technology.name
     return Sheet(
         name="v2v-delivery",
-        title="Frames, one for each receiver in range",
+        title="Outcomes of frames, for each receiver in range",
         columns=(
             "technology",
             "sent",
@@ -39,13 +39,13 @@ def delivery_sheet(run: Traffic, told: Delivery) -> Sheet:
             "95 % from, %",
             "95 % to, %",
         ),
-        rows=((technology, *told, *(100.0 * share for share in shares)),),
+        rows=((technology, *outcomes, *(100.0 * share for share in shares)),),
         note=f"A late frame missed the first delivery after it was sent. {_WILSON_NOTE}",
     )
 
 
 def load_sheet(run: Traffic) -> Sheet:
-    """One row: how busy the medium was, over all vehicles and cycles; frames sent per second."""
+    """Return one row with the channel busy ratio over all vehicles and cycles, and the rate."""
     busy = 100.0 * run.busy_ratio
     quantiles = (float(np.quantile(busy, share)) for share in (0.5, 0.95, 1.0))
     frames = run.frames
@@ -53,7 +53,7 @@ def load_sheet(run: Traffic) -> Sheet:
     seconds = len(busy) * run.scenario.period_ns * 1e-9
     return Sheet(
         name="v2v-load",
-        title="Load of the medium: channel busy ratio of vehicles and cycles",
+        title="Load of the medium: channel busy ratio over vehicles and cycles",
         columns=(
             "mean, %",
             "median, %",
@@ -62,12 +62,13 @@ def load_sheet(run: Traffic) -> Sheet:
             "frames sent per vehicle, 1/s",
         ),
         rows=((float(busy.mean()), *quantiles, sent / run.vehicles / seconds),),
-        note="Share of a cycle in which a vehicle senses the frames of others or sends its own.",
+        note="The channel busy ratio is the share of a cycle in which a vehicle senses the frames "
+        "of others or sends its own.",
     )
 
 
 def latency_sheet(run: Traffic, latency: Latencies) -> Sheet:
-    """One row: mean and quantiles of the latency of the frames that were delivered."""
+    """Return one row with mean and quantiles of the latency of delivered frames."""
     quantiles = (latency.quantile_ms(share) for share in (0.5, 0.95, 0.99, 1.0))
     return Sheet(
         name="v2v-latency",
@@ -85,7 +86,7 @@ def latency_sheet(run: Traffic, latency: Latencies) -> Sheet:
 
 
 def distance_sheet(found: Distances) -> Sheet:
-    """Delivery by distance; bins in which nothing was sent are left out."""
+    """Return delivery by distance; bins in which nothing was sent are left out."""
     low, high = wilson(found.delivered, found.sent)
     rows = [
         (
@@ -118,27 +119,27 @@ def distance_sheet(found: Distances) -> Sheet:
 
 
 def age_sheet(run: Traffic, aged: Ages) -> Sheet:
-    """Age of information on the links that controllers use, and on all."""
+    """Return the age of information on the links that controllers use, and on all links."""
     period_ms = run.scenario.period_ns * 1e-6
     limit_ms = run.scenario.control.beacon_age_limit_ms
     rows: list[tuple[Cell, ...]] = []
     for name, links in link_groups(aged, run).items():
-        counts, heard = aged.of(links), None
+        counts, ages_ms = aged.of(links), None
         number, total = np.arange(len(counts)), int(counts.sum())
         if total:
             reached = np.cumsum(counts) / total
-            heard = (
+            ages_ms = (
                 float((counts * number).sum()) / total * period_ms,
                 *(float(np.searchsorted(reached, share)) * period_ms for share in (0.5, 0.95)),
                 float(number[-1]) * period_ms,
                 100.0 * float(counts[number * period_ms > limit_ms].sum()) / total,
             )
-        rows.append((name, int(links.sum()), *(heard or (None,) * 5), aged.unheard(links)))
+        rows.append((name, int(links.sum()), *(ages_ms or (None,) * 5), aged.before_first(links)))
     return Sheet(
         name="v2v-age",
         title="Age of information when vehicles decide",
         columns=(
-            "of what",
+            "data of",
             "links",
             "mean, ms",
             "median, ms",
@@ -149,14 +150,15 @@ def age_sheet(run: Traffic, aged: Ages) -> Sheet:
         ),
         rows=tuple(rows),
         note=(
-            "Time since the newest frame that has arrived by the instant of the decision was made; "
-            f"past {limit_ms:g} ms data count as missing. Links that carried a frame at all."
+            "The age is the time since the newest frame that arrived before the decision was made. "
+            f"Data older than {limit_ms:g} ms count as missing. Only links that carried a frame "
+            "are counted."
         ),
     )
 
 
 def burst_sheet(bursts: NDArray[np.int64], loss_ratio: float) -> Sheet:
-    """Lengths of losses in a row, beside what independent losses would give."""
+    """Return the lengths of bursts of losses, with those of independent losses."""
     total = int(bursts.sum())
     expected = geometric(loss_ratio, len(bursts) - 1)
     rows: list[tuple[Cell, ...]] = [
@@ -167,19 +169,19 @@ def burst_sheet(bursts: NDArray[np.int64], loss_ratio: float) -> Sheet:
     mean = float((bursts * np.arange(len(bursts))).sum()) / total
     return Sheet(
         name="v2v-bursts",
-        title="Bursts of losses: frames of a link lost in a row",
+        title="Bursts of losses: consecutive losses on a link",
         columns=("length", "bursts", "share, %", "share if independent, %"),
         rows=tuple(rows),
         note=(
-            f"Mean length {mean:.3f}; losses that are independent, with the same ratio of "
-            f"{100.0 * loss_ratio:.3g} %, have a mean length of "
+            f"The mean length is {mean:.3f}. Independent losses with the same ratio of "
+            f"{100.0 * loss_ratio:.3g} % would have a mean length of "
             f"{1.0 / (1.0 - loss_ratio):.3f}."
         ),
     )
 
 
 def link_groups(aged: Ages, run: Traffic) -> dict[str, NDArray[np.bool_]]:
-    """Links by what the destination hears on them: the next vehicles, and everyone."""
+    """Group links by the position of the sender: vehicle ahead, vehicle behind, all."""
     n, ring = run.vehicles, run.scenario.ring_length_m is not None
     ahead = aged.source == aged.destination - 1
     behind = aged.source == aged.destination + 1

@@ -1,4 +1,4 @@
-"""Runs beside each other: what differs in what was asked for, and in what came of it."""
+"""Compares runs: the differences between their scenarios, and between their results."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from zenvoy.analysis.page.section import Cell, Section, Sheet
 from zenvoy.bus.log_metadata import versions_of
 
 _ABSENT = "–"
-_ROUNDING: Final = 1e-12  # of a figure: less is no difference of runs
+_ROUNDING: Final = 1e-12  # relative; a smaller difference is a rounding error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compared:
-    """A run under the name it has in a comparison, and its summary."""
+    """A run with its name in the comparison and its summary."""
 
     label: str
     run: Run
@@ -29,12 +29,12 @@ class Compared:
 
     @property
     def fingerprint(self) -> str | None:
-        """SHA-256 over the data of the log; None where the log is cut before it."""
+        """The run's fingerprint; None where it is not logged or does not match the messages."""
         return self.run.fingerprint
 
 
 def comparison_page(compared: Sequence[Compared]) -> Page:
-    """Everything on the page but the drawn pictures; of two runs or more, each with motion."""
+    """Return the page without its drawn pictures, for two or more runs that have motion."""
     labels = [each.label for each in compared]
     names = " ".join(each.run.path.name for each in compared)
     return Page(
@@ -48,12 +48,12 @@ def comparison_page(compared: Sequence[Compared]) -> Page:
 
 
 def comparison(compared: Sequence[Compared]) -> tuple[Section, ...]:
-    """What was asked for, and what came of it, in tables and in pictures."""
+    """Return the scenarios and the results of the runs, in tables and pictures."""
     runs = [Labelled(each.label, each.run) for each in compared]
     return (
         Section(title="Runs", sheets=(_runs(compared), _settings(compared))),
         Section(
-            title="What came of them",
+            title="Results",
             sheets=(_figures(compared),),
             pictures=comparison_pictures(runs),
         ),
@@ -78,12 +78,12 @@ def _runs(compared: Sequence[Compared]) -> Sheet:
             )
             for each in compared
         ),
-        note="Of the fingerprint, the first 16 digits.",
+        note="The first 16 digits of each fingerprint are shown.",
     )
 
 
 def _settings(compared: Sequence[Compared]) -> Sheet:
-    """Every setting of the scenarios that is not the same in all runs."""
+    """Return every setting that is not the same in all scenarios."""
     flat = [dict(_flat(each.run.scenario.model_dump(mode="json"))) for each in compared]
     keys = list(dict.fromkeys(key for settings in flat for key in settings))
     rows = []
@@ -91,14 +91,14 @@ def _settings(compared: Sequence[Compared]) -> Sheet:
         cells = [settings.get(key, _ABSENT) for settings in flat]
         if len(set(cells)) > 1 and key != "description":
             rows.append((key, *cells))
-    note = "" if rows else "There is none: the scenarios ask for the same."
+    note = "" if rows else "There are none: the scenarios have the same settings."
     columns = ("setting", *(each.label for each in compared))
     title = "Settings in which the scenarios differ"
     return Sheet(name="compare-settings", title=title, columns=columns, rows=tuple(rows), note=note)
 
 
 def _flat(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
-    """Values of a tree by their paths, "control.schedule.0.model"."""
+    """Yield the values of a tree with their paths, such as "control.schedule.0.model"."""
     if isinstance(value, dict | list) and value:
         for name, inner in value.items() if isinstance(value, dict) else enumerate(value):
             yield from _flat(inner, f"{key}.{name}" if key else str(name))
@@ -107,7 +107,7 @@ def _flat(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _figures(compared: Sequence[Compared]) -> Sheet:
-    """The figures of the summaries, and how those of the later runs differ from the first's."""
+    """Return the figures of the summaries, and the differences of later runs from the first."""
     found = [{merit[:2]: merit[2] for merit in merits(each.summary)} for each in compared]
     keys = list(dict.fromkeys(key for values in found for key in values))
     first, later = compared[0].label, [each.label for each in compared[1:]]
@@ -117,7 +117,7 @@ def _figures(compared: Sequence[Compared]) -> Sheet:
         rows.append((name, unit, *cells, *(_difference(cell, cells[0]) for cell in cells[1:])))
     return Sheet(
         name="compare-figures",
-        title="Figures of the runs, and their differences from those of the first",
+        title="Figures of the runs, and differences from the first run",
         columns=(
             "figure",
             "unit",
@@ -138,8 +138,8 @@ def _difference(cell: Cell, first: Cell) -> Cell:
 
 
 def _caveats(compared: Sequence[Compared]) -> Iterator[str]:
-    """In what the runs cannot be compared figure by figure."""
-    told: dict[str, list[str]] = {
+    """Yield a sentence on each property that makes figures of the runs hard to compare."""
+    properties: dict[str, list[str]] = {
         "simulated time": [f"{simulated_s(each.run):g} s" for each in compared],
         "fleet": [f"{each.run.vehicles} vehicles" for each in compared],
         "road": [each.run.scenario.road.type for each in compared],
@@ -149,7 +149,7 @@ def _caveats(compared: Sequence[Compared]) -> Iterator[str]:
             versions_of(each.run.run).get("zenvoy", "unknown") for each in compared
         ],
     }
-    for what, values in told.items():
+    for what, values in properties.items():
         if len(set(values)) > 1:
             pairs = zip(compared, values, strict=True)
             of_each = ", ".join(f"{each.label} {value}" for each, value in pairs)
@@ -163,14 +163,14 @@ def _notes(compared: Sequence[Compared]) -> Iterator[str]:
 
 
 def _fingerprints(compared: Sequence[Compared]) -> str:
-    """Which runs are the same to the bit."""
+    """Return which runs are equal, bit for bit, in words."""
     alike: dict[str, list[str]] = {}
     for each in compared:
         if each.fingerprint is not None:
             alike.setdefault(each.fingerprint, []).append(each.label)
     if len(alike) == 1 and len(next(iter(alike.values()))) == len(compared):
-        return "equal: the logs tell the same, bit for bit"
+        return "equal: the logs hold the same data, bit for bit"
     groups = [" = ".join(labels) for labels in alike.values() if len(labels) > 1]
     unknown = [each.label for each in compared if each.fingerprint is None]
-    parts = groups or ["no two are equal" if len(alike) > 1 else "not to be compared"]
+    parts = groups or ["no two are equal" if len(alike) > 1 else "cannot be compared"]
     return "; ".join([*parts, *(f"not logged: {label}" for label in unknown)])

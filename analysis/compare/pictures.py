@@ -1,4 +1,4 @@
-"""Pictures of runs beside each other, on the same axes."""
+"""Pictures of several runs on the same axes."""
 
 from __future__ import annotations
 
@@ -27,31 +27,32 @@ _LINES: Final = ("-", "--", ":", "-.")
 
 
 class Labelled(NamedTuple):
-    """A run under the name it has in a comparison."""
+    """A run with its name in the comparison."""
 
     label: str
     run: Run
 
 
 def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
-    """Speeds, distances and snapshots; latency and age of data where there are any."""
+    """Return pictures of speeds, distances and snapshots, and of latency and age if known."""
     pictures = [
         Picture(
             name="compare-speeds",
-            caption="Speed of every vehicle over time, with one scale of colours for all runs. "
-            "A wave shows as a band that crosses the vehicles. Bars above tell what happened.",
+            caption="Speed of every vehicle over time, with one colour scale for all runs. A wave "
+            "shows as a band that crosses the vehicles. Bars above the panels mark brakes, traces, "
+            "manoeuvres and changes of the channel.",
             draw=partial(_speeds, runs),
         ),
         Picture(
             name="compare-distances",
-            caption="MaxDistance and MinDistance over time: the means of the three largest and of "
-            "the three smallest gaps. The closer the two are, the evener the string.",
+            caption="MaxDistance and MinDistance over time: the means of the three largest and the "
+            "three smallest gaps. The closer the two are, the more even are the gaps.",
             draw=partial(_distances, runs),
         ),
         Picture(
             name="compare-snapshots",
-            caption="Speed along the string at instants counted from the first disturbance, or "
-            "from the start where there is none. A level line is a string without a wave.",
+            caption="Speed of every vehicle at some instants from the first disturbance on, or "
+            "from the start if there is none. A level line is a string without a wave.",
             draw=partial(_snapshots, runs),
         ),
     ]
@@ -60,9 +61,9 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
         pictures.append(
             Picture(
                 name="compare-delays",
-                caption="Share of frames with at most this latency, and share of a vehicle's "
-                "cycles in which the data of the vehicle behind are at most so old. "
-                "The further to the left, the fresher.",
+                caption="Share of frames with at most this latency (left), and share of decisions "
+                "for which the data of the vehicle behind have at most this age (right). Curves "
+                "further to the left are better.",
                 draw=partial(_delays, runs, distributions),
             )
         )
@@ -70,7 +71,7 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
 
 
 def colours(runs: Sequence[Labelled]) -> list[str]:
-    """A colour per run: that of the model it ends with where these differ, or else in turn."""
+    """Return a colour per run: that of its last model if these all differ, or else in turn."""
     last = [{settings.phases[-1].model for settings in roster(run.scenario)} for _, run in runs]
     models = [model for of_run in last for model in of_run]
     if len(models) == len(set(models)) == len(runs):
@@ -82,7 +83,7 @@ def colours(runs: Sequence[Labelled]) -> list[str]:
 
 
 def _lines(runs: Sequence[Labelled]) -> list[dict[str, Any]]:
-    """How each run's lines look: colour, dashes where colours come again, name."""
+    """Return each run's line style: colour, dashes once colours repeat, label."""
     return [
         {
             "color": colour,
@@ -94,7 +95,7 @@ def _lines(runs: Sequence[Labelled]) -> list[dict[str, Any]]:
 
 
 def _shared(runs: Sequence[Labelled]) -> list[Happening]:
-    """What happened at the same time in all runs."""
+    """Return what happened at the same time in all runs."""
     first, *others = (happenings(run) for _, run in runs)
     return [each for each in first if all(_same(each, other) for other in others)]
 
@@ -179,7 +180,7 @@ def _snapshots(runs: Sequence[Labelled]) -> Figure:
 
 
 def _latencies(runs: Sequence[Labelled]) -> list[Steps | None]:
-    """Latency of the frames of each run that came, ms."""
+    """Return the distribution of the latency of delivered frames, ms, for each run."""
     found = []
     for _, run in runs:
         tables = [table["latency_ns"] for table in read_frames(run.path)]
@@ -189,7 +190,7 @@ def _latencies(runs: Sequence[Labelled]) -> list[Steps | None]:
 
 
 def _ages(runs: Sequence[Labelled]) -> list[Steps | None]:
-    """Age of the data of the vehicle behind, wherever there are any, ms."""
+    """Return the distribution of the age of data from the vehicle behind, ms, for each run."""
     ages = [run.estimate["age_ns"] for _, run in runs]
     return [steps(age[age >= 0] * 1e-6) for age in ages]
 
@@ -202,11 +203,13 @@ def _delays(runs: Sequence[Labelled], distributions: Sequence[list[Steps | None]
         low = float(known.min(initial=high, where=known > 0.0))
         for found, look in zip(of_runs, _lines(runs), strict=True):
             values, share = found or Steps(np.zeros(0), np.zeros(0))
-            # From no share at all before the smallest value to all of it beyond the largest.
+            # The curve begins at 0 % below the smallest value and ends at 100 % above the largest.
             x, y = [0.0, *values, 2.0 * high], [0.0, *(100.0 * share), 100.0]
             axes.step(x if found else [], y if found else [], where="post", **look)
         style.long_axis(axes, low, high)
-    pair[0].set(xlabel="latency of a frame, ms", ylabel="at most so much, %", ylim=(0.0, 102.0))
+    pair[0].set(
+        xlabel="latency of a frame, ms", ylabel="share up to this value, %", ylim=(0.0, 102.0)
+    )
     pair[1].set_xlabel("age of the data of the vehicle behind, ms")
     style.figure_legend(figure, *pair)
     return figure

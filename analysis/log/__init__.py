@@ -1,1 +1,1 @@
-"""From the file of a log to arrays: its records, its checks, its repair, a run as one value."""
+"""Reads, checks, repairs and exports logs, and loads a run as one value."""

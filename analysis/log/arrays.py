@@ -1,4 +1,4 @@
-"""A run's log as numpy arrays, read as a stream, up to the cut where it is cut."""
+"""Reads a run's log into numpy arrays, as a stream. A log that is cut is read up to the cut."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _FLEET: Final = (TRUTH, RADAR, ESTIMATE, FLEET_COMMAND)
 
 
 def read_facts(path: Path) -> Facts:
-    """Metadata, scenario, message counts by topic, and all that was checked; raises LogError."""
+    """Return metadata, scenario, message counts by topic, and the checks; raises LogError."""
     return read(path).facts
 
 
 def read_fleet(path: Path) -> dict[str, Table]:
-    """The fleet topics by name: each a table of arrays, (cycles, vehicles) or (cycles,)."""
+    """Return the fleet topics by name: each a table of arrays, (cycles, vehicles) or (cycles,)."""
     tables = read(path).tables
     return {topic.log_name: tables[topic.log_name] for topic in _FLEET}
 
 
 def read_frames(path: Path) -> Iterator[Table]:
-    """`/v2v/frames`, cycle by cycle: columns with a row per frame and receiver."""
+    """Yield `/v2v/frames` cycle by cycle: columns with a row per frame and receiver."""
     codec = PackedCodec(FRAMES.message.DESCRIPTOR)
     for name, payload in messages(path, [FRAMES.log_name]):
         try:
@@ -43,14 +43,14 @@ def read_frames(path: Path) -> Iterator[Table]:
 
 
 def read_events(path: Path) -> list[pb.Event]:
-    """`/events` as messages, in order of the log."""
+    """Return the messages of `/events` in the order of the log."""
     return read(path).events
 
 
 def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, memoryview]]:
-    """Topic and payload of each message, in the order in which they were written.
+    """Yield topic and payload of each message, in the order in which they were written.
 
-    Of a topic with a message per cycle, the cycles up to the first that is missing.
+    A topic with one message per cycle is read up to the first cycle that is missing.
     """
     cycles = {topic: Cycles() for topic in topics if topic != EVENTS.log_name}
     with Pass(path) as log:
@@ -60,5 +60,5 @@ def messages(path: Path, topics: Sequence[str]) -> Iterator[tuple[str, memoryvie
 
 
 def as_json(values: object) -> str:
-    """JSON for files that people read too."""
+    """Return `values` as indented JSON, which people can read too."""
     return json.dumps(values, indent=2, ensure_ascii=False) + "\n"

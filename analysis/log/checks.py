@@ -1,4 +1,4 @@
-"""What a log says of itself, held against what is in it."""
+"""Checks what a log says about itself against what is in it."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from zenvoy.scenarios import Scenario
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Check:
-    """One thing that was looked at; `holds` is None where the log has nothing to check it by."""
+    """The result of one check; `holds` is None where the log has nothing to check against."""
 
     name: str
     holds: bool | None
     says: str
-    """A sentence without its stop."""
+    """A sentence without its full stop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Content:
-    """What a pass over a log has found, beside its records."""
+    """What one pass over a log found, besides its records."""
 
     cycles: Mapping[str, Cycles]
-    """By topic, of those with a message per cycle."""
+    """By topic; only topics with one message per cycle."""
     fingerprint: str
     metadata_faults: tuple[str, ...]
-    """What had to be put right in zenvoy.run and zenvoy.result before they could be used."""
+    """What had to be corrected in zenvoy.run and zenvoy.result before they could be used."""
 
 
 def checks_of(log: Pass, scenario: Scenario, content: Content) -> tuple[Check, ...]:
-    """All checks, in the order of the file."""
+    """Return all checks, in the order of the file."""
     return (
         Check(name="end", holds=log.whole, says="the file " + ("ends" if log.whole else "is cut")),
         *(Check(name="records", holds=False, says=fault) for fault in log.faults),
@@ -61,8 +61,8 @@ def _metadata(log: Pass, faults: tuple[str, ...]) -> Iterator[Check]:
         facts = log.metadata.get(name)
         if facts is None:
             continue
-        told = facts.get(CHECKSUM)
-        holds = None if told is None else told == checksum(facts)
+        stored = facts.get(CHECKSUM)
+        holds = None if stored is None else stored == checksum(facts)
         says = "has no checksum" if holds is None else "matches its checksum"
         says = says if holds is not False else "does not match its checksum"
         yield Check(name=name, holds=holds, says=f"metadata {name} {says}")
@@ -71,7 +71,7 @@ def _metadata(log: Pass, faults: tuple[str, ...]) -> Iterator[Check]:
 
 
 def _effective(log: Pass, scenario: Scenario) -> Iterator[Check]:
-    """Whether zenvoy.run and effective.json tell of the same run."""
+    """Check that zenvoy.run and effective.json describe the same run."""
     expected = {
         "seed": scenario.seed,
         "cycles": scenario.cycles,
@@ -91,24 +91,24 @@ def _effective(log: Pass, scenario: Scenario) -> Iterator[Check]:
 
 
 def _statistics(log: Pass) -> Check:
-    told, name = log.statistics, "statistics"
-    if told is None:
+    statistics, name = log.statistics, "statistics"
+    if statistics is None:
         return Check(name=name, holds=None, says="the file has no statistics")
     pairs = [
-        ("chunks", told.chunk_count, log.found[Opcode.CHUNK]),
-        ("attachments", told.attachment_count, log.found[Opcode.ATTACHMENT]),
-        ("metadata records", told.metadata_count, log.found[Opcode.METADATA]),
-        ("messages", told.message_count, log.counts.total()),
+        ("chunks", statistics.chunk_count, log.found[Opcode.CHUNK]),
+        ("attachments", statistics.attachment_count, log.found[Opcode.ATTACHMENT]),
+        ("metadata records", statistics.metadata_count, log.found[Opcode.METADATA]),
+        ("messages", statistics.message_count, log.counts.total()),
     ]
-    topics = log.topics
-    for channel in sorted(told.channel_message_counts.keys() | log.counts.keys()):
+    topics, by_channel = log.topics, statistics.channel_message_counts
+    for channel in sorted(by_channel.keys() | log.counts.keys()):
         of = f"messages of {topics.get(channel, f'channel {channel}')}"
-        pairs.append((of, told.channel_message_counts.get(channel, 0), log.counts[channel]))
+        pairs.append((of, by_channel.get(channel, 0), log.counts[channel]))
     for what, expected, found in pairs:
         if expected != found:
-            says = f"{what}: {found} in the file, {expected} by its statistics"
+            says = f"{what}: {found} in the file, but its statistics say {expected}"
             return Check(name=name, holds=False, says=says)
-    says = f"the file has {told.message_count} messages, as its statistics say"
+    says = f"the file has {statistics.message_count} messages, as its statistics say"
     return Check(name=name, holds=True, says=says)
 
 
@@ -129,12 +129,12 @@ def _cycles(by_topic: Mapping[str, Cycles]) -> Iterator[Check]:
     for fault in filter(None, faults):
         yield Check(name="cycles", holds=False, says=fault)
     if not any(faults):
-        says = "all topics have one cycle after the other"
+        says = "no topic has a missing, repeated or misplaced cycle"
         yield Check(name="cycles", holds=True, says=says)
 
 
 def _stretches_fault(by_topic: Mapping[str, list[Stretch]], what: str) -> str:
-    """A sentence on the cycles of which this holds in one topic or another; "" for none."""
+    """Return a sentence on the cycles that are `what` in some topic; "" where there is none."""
     found = union(by_topic.values())
     if not found:
         return ""
@@ -145,22 +145,23 @@ def _stretches_fault(by_topic: Mapping[str, list[Stretch]], what: str) -> str:
 
 
 def _result(log: Pass, content: Content) -> Iterator[Check]:
-    """Whether zenvoy.result tells of these messages."""
+    """Check that zenvoy.result describes these messages."""
     result = log.metadata.get(RESULT)
     if result is None:
         yield Check(name="fingerprint", holds=None, says="the log has no fingerprint")
         return
-    if not log.whole and CHECKSUM not in result:  # of before this was written after all messages
+    # Old logs, which have no checksum here, wrote this before the last messages.
+    if not log.whole and CHECKSUM not in result:
         yield Check(name="fingerprint", holds=None, says="the log is cut before its fingerprint")
         return
     last = content.cycles[TRUTH.log_name].last
     if result.get("cycles", "").isdecimal() and int(result["cycles"]) != last:
-        says = f"metadata {RESULT} tells of {result['cycles']} cycles, {TRUTH.log_name} of {last}"
+        says = f"metadata {RESULT} says {result['cycles']} cycles, {TRUTH.log_name} has {last}"
         yield Check(name="cycles", holds=False, says=says)
-    told = result.get("fingerprint")
-    if told is None:
+    logged = result.get("fingerprint")
+    if logged is None:
         yield Check(name="fingerprint", holds=None, says=f"metadata {RESULT} has no fingerprint")
         return
-    holds = told == content.fingerprint
-    says = "the fingerprint is " + ("" if holds else "not ") + "that of the messages"
+    holds = logged == content.fingerprint
+    says = f"the fingerprint {'matches' if holds else 'does not match'} the messages"
     yield Check(name="fingerprint", holds=holds, says=says)

@@ -1,7 +1,7 @@
-"""What a chunk of an MCAP file unpacks to, within bounds that the file cannot move.
+"""Unpacks the chunks of an MCAP file, within bounds that the file cannot change.
 
-The `mcap` package trusts the sizes in a file: a chunk of 100 kB may ask for gigabytes. Here a size
-that is not what comes out is damage, and no more is unpacked than a log can hold.
+The `mcap` package trusts the sizes in a file: a chunk of 100 kB may ask for gigabytes. Here a
+wrong size is damage, and no more is unpacked than a log can hold.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import lz4.frame
 import zstandard
 from mcap.records import Chunk
 
-_UNKNOWN: Final = -1  # a frame of zstd that does not say what it unpacks to
+_UNKNOWN: Final = -1  # what zstandard returns for a frame that does not state its size
 
 
 class DamageError(Exception):
-    """A part of a file that is not what it says it is."""
+    """Part of a file is not what it claims to be."""
 
 
 def unpacked(chunk: Chunk, limit: int) -> bytes:
-    """Records in a chunk; raises DamageError, also where they are more than `limit` bytes."""
+    """Return the records in a chunk; raises DamageError, also for more than `limit` bytes."""
     size = chunk.uncompressed_size
     if size > limit:
         raise DamageError(f"a chunk says it unpacks to {size} bytes; at most {limit} are read")
@@ -37,13 +37,13 @@ def unpacked(chunk: Chunk, limit: int) -> bytes:
 
 
 def _unpacked(chunk: Chunk, size: int) -> bytes:
-    """At most a byte more than `size`."""
+    """Unpack a chunk, or at most one byte more than `size` of it."""
     if chunk.compression == "":
         return chunk.data
     if chunk.compression == "zstd":
-        told = zstandard.frame_content_size(chunk.data)
-        if told not in {_UNKNOWN, size}:  # zstandard would make room for it
-            raise DamageError(f"a chunk unpacks to {told} bytes, not to {size} as it says")
+        claimed = zstandard.frame_content_size(chunk.data)
+        if claimed not in {_UNKNOWN, size}:  # zstandard would allocate this much
+            raise DamageError(f"a chunk unpacks to {claimed} bytes, not to {size} as it says")
         return zstandard.ZstdDecompressor().decompress(chunk.data, max_output_size=max(1, size))
     if chunk.compression == "lz4":
         return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1))

@@ -1,7 +1,7 @@
-"""Many messages of one type as one table, without a step of Python per message and column.
+"""Turns many messages of one type into one table, without a step of Python per value.
 
-Messages of a topic are nearly all laid out alike, numbers at the same places. What is laid out
-alike is one array of bytes, and a column of the table is a slice of it.
+Nearly all messages of a topic have the same layout: the same numbers at the same offsets. Messages
+of one layout form one array of bytes, and each column of the table is a slice of it.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ Table = dict[str, NDArray[Any]]
 
 
 def stack(codec: PackedCodec, payloads: Sequence[bytes]) -> Table:
-    """A row per message: (rows,) for single fields, (rows, vehicles) for columns.
+    """Return a table with a row per message: single fields (rows,), columns (rows, vehicles).
 
-    {} where there is no message. A column that no message has is (rows, 0); one that some have is
-    0 in the others, as protobuf has it. Raises ValueError where messages cannot be decoded or
-    their columns differ in length.
+    It is {} where there is no message. A column that no message has is (rows, 0). A column that
+    some messages lack is 0 there, as in protobuf. Raises ValueError where messages cannot be
+    decoded or their columns differ in length.
     """
     if not payloads:
         return {}
@@ -47,7 +47,11 @@ def stack(codec: PackedCodec, payloads: Sequence[bytes]) -> Table:
 
 
 def _alike(data: NDArray[np.uint8], spans: dict[str, tuple[int, int]]) -> NDArray[np.bool_]:
-    """Which messages (rows of bytes) have the tags and lengths of the first, at its places."""
+    """Return which messages (rows of bytes) have the same layout as the first one.
+
+    `spans` are the offsets of the values in the first. All bytes between them, which are tags and
+    lengths, must agree.
+    """
     between = np.ones(data.shape[1], dtype=np.bool_)
     for at, size in spans.values():
         between[at : at + size] = False
@@ -61,7 +65,7 @@ def _fill(
     data: NDArray[np.uint8],
     spans: dict[str, tuple[int, int]],
 ) -> None:
-    """Put messages that are laid out alike into their rows of the table."""
+    """Put messages of one layout into their rows of the table."""
     for name, (at, size) in spans.items():
         dtype = table[name].dtype
         values = np.ascontiguousarray(data[:, at : at + size]).view(dtype)

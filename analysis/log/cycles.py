@@ -1,7 +1,7 @@
-"""Which cycles the messages of a log tell of, and which of them can be counted on.
+"""Keeps track of the cycles of the messages in a log, and of which of them can be used.
 
-Row k of a table is cycle k. What comes twice, too early or after a gap would break that: it is
-left out, and told of.
+Row k of a table is cycle k. A message that comes twice, too early or after a gap would break that.
+It is left out and reported.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-# Of every message with a cycle the first field, of fixed width; absent where it is 0.
+# The cycle is the first field of its message. It has a fixed width, and is absent where it is 0.
 _CYCLE: Final = struct.Struct("<BI")
 _TAG: Final = 0x0D
-_NAMED: Final = 3  # stretches that a sentence names one by one
+_MAX_NAMED: Final = 3  # stretches that a sentence lists
 
 Stretch = tuple[int, int]
 """First and last of consecutive cycles."""
 
 
 def cycle_of(payload: bytes | memoryview) -> int:
-    """Cycle that a message of a topic with a message per cycle tells of."""
+    """Return the cycle of a message, for topics with one message per cycle."""
     if len(payload) < _CYCLE.size:
         return 0
     tag, cycle = _CYCLE.unpack_from(payload)
@@ -32,16 +32,16 @@ def cycle_of(payload: bytes | memoryview) -> int:
 
 
 class Cycles:
-    """Cycles of one topic in the order of the log, of a run that ends with cycle `last`."""
+    """The cycles of one topic in the order of the log; the run ends with cycle `last`."""
 
     def __init__(self, last: int = 0xFFFFFFFF) -> None:
         self._last = last
         self._found = array("I")
         self.kept = 0
-        """How many were taken: cycles 0 to `kept` - 1."""
+        """How many cycles can be used: 0 to `kept` - 1."""
 
     def take(self, payload: bytes | memoryview) -> bool:
-        """Note a message; whether it is of the cycle that comes next."""
+        """Note a message, and return whether it belongs to the cycle that comes next."""
         cycle = cycle_of(payload)
         self._found.append(cycle)
         is_next = cycle == self.kept and cycle <= self._last
@@ -49,7 +49,7 @@ class Cycles:
         return is_next
 
     def missing(self) -> list[Stretch]:
-        """Cycles before the last one that no message tells of."""
+        """Return the cycles before the last one that have no message."""
         found = self._sorted()
         if not found.size:
             return []
@@ -58,23 +58,23 @@ class Cycles:
         return [(int(edges[i]) + 1, int(edges[i + 1]) - 1) for i in at]
 
     def twice(self) -> list[Stretch]:
-        """Cycles that more than one message tells of."""
+        """Return the cycles that have more than one message."""
         found, counts = np.unique(self._array(), return_counts=True)
         return list(stretches(found[counts > 1].tolist()))
 
     @property
     def last(self) -> int:
-        """The highest cycle that a message tells of; 0 where there is none."""
+        """The highest cycle of any message; 0 where there is none."""
         return max(self._found, default=0)
 
     @property
     def beyond(self) -> int:
-        """The last cycle, where it is after the end of the run; else 0."""
+        """The highest cycle if it is after the end of the run, else 0."""
         return self.last if self.last > self._last else 0
 
     @property
     def ordered(self) -> bool:
-        """Whether no message tells of an earlier cycle than the one before it."""
+        """Whether the cycles never decrease from one message to the next."""
         found = self._array()
         return bool((found[1:] >= found[:-1]).all())
 
@@ -86,7 +86,7 @@ class Cycles:
 
 
 def stretches(cycles: Sequence[int]) -> Iterator[Stretch]:
-    """Stretches of consecutive numbers in ascending ones."""
+    """Yield the stretches of consecutive numbers in an ascending sequence."""
     first = last = None
     for cycle in cycles:
         if last is not None and first is not None and cycle != last + 1:
@@ -99,7 +99,7 @@ def stretches(cycles: Sequence[int]) -> Iterator[Stretch]:
 
 
 def union(parts: Iterable[Sequence[Stretch]]) -> list[Stretch]:
-    """Stretches of all cycles that are in one of the parts or another."""
+    """Return the stretches of all cycles that are in at least one of the parts."""
     joined: list[Stretch] = []
     for first, last in sorted(stretch for part in parts for stretch in part):
         if joined and first <= joined[-1][1] + 1:
@@ -110,9 +110,9 @@ def union(parts: Iterable[Sequence[Stretch]]) -> list[Stretch]:
 
 
 def named(found: Sequence[Stretch]) -> str:
-    """Stretches in words: "cycles 4 to 7, 9 and 2 more stretches"."""
-    words = [f"{a}" if a == b else f"{a} to {b}" for a, b in found[:_NAMED]]
-    more = len(found) - _NAMED
+    """Return stretches in words: "cycles 4 to 7, 9 and 2 more stretches"."""
+    words = [f"{a}" if a == b else f"{a} to {b}" for a, b in found[:_MAX_NAMED]]
+    more = len(found) - _MAX_NAMED
     if more > 0:
         words.append(f"{more} more stretch{'es' if more > 1 else ''}")
     single = len(found) == 1 and found[0][0] == found[0][1]

@@ -1,4 +1,4 @@
-"""A run as files that any tool for tables reads: Parquet or CSV, one per topic."""
+"""Exports a run as Parquet or CSV files, one per topic, for any tool that reads tables."""
 
 from __future__ import annotations
 
@@ -25,24 +25,28 @@ from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, LOGGED, RA
 Form = Literal["parquet", "csv"]
 
 _FLEET: Final = (TRUTH, RADAR, ESTIMATE, FLEET_COMMAND)
-_SUFFIX: Final = {"m": "_m", "m/s": "_mps", "m/s²": "_mps2"}  # times have theirs already
-_NEVER: Final = {"arrived_ns", "latency_ns", "age_ns", "ahead_measured_ns", "behind_measured_ns"}
-_KINDS: Final = {"mode": "Mode", "outcome": "Outcome", "kind": "EventKind"}
-_ROWS: Final = 1 << 20  # written at once, also the size of Parquet's row groups
+_SUFFIX: Final = {"m": "_m", "m/s": "_mps", "m/s²": "_mps2"}  # names of times end in their unit
+# Columns in which a number below 0 stands for "never".
+_NULL_BELOW_0: Final = frozenset(
+    {"arrived_ns", "latency_ns", "age_ns", "ahead_measured_ns", "behind_measured_ns"}
+)
+_ENUMS: Final = {"mode": "Mode", "outcome": "Outcome", "kind": "EventKind"}
+_ROWS_AT_ONCE: Final = 1 << 20  # also the size of Parquet's row groups
 
 
 class ExportError(Exception):
-    """Files that cannot be written."""
+    """A file cannot be written."""
 
 
 def export(run: Run, folder: Path, form: Form) -> list[Path]:
-    """Write a file per topic of the log into `folder`; the files, in order of topic.
+    """Write a file per topic of the log into `folder`, and return the files in order of topic.
 
     Fleet topics have a row per cycle and vehicle: `cycle`, `time_s`, `vehicle`, then the columns of
-    messages.proto with their unit in the name (`speed_mps`); frames have a row per frame and
-    receiver, in Parquet the unit is metadata of the column, too. Modes, outcomes and kinds of
-    events are words. What was not measured, and what never came, is null. Existing files are
-    replaced once all are written. Raises ExportError, and LogError where the log has changed.
+    messages.proto with their unit in the name (`speed_mps`). Frames have a row per frame and
+    receiver. In Parquet the unit is also metadata of the column. Modes, outcomes and kinds of
+    events are words. Values that were not measured or never arrived are null. Existing files are
+    replaced once all new ones are written. Raises ExportError, and LogError where the log has
+    changed.
     """
     parts: list[tuple[Path, Path]] = []
     try:
@@ -81,7 +85,7 @@ def _write(path: Path, form: Form, pieces: Iterator[pa.Table]) -> None:
 
 
 def _harmless(table: pa.Table) -> pa.Table:
-    """The table with its texts as a CSV may have them."""
+    """Return the table with its texts escaped for CSV."""
     for number, field in enumerate(table.schema):
         if pa.types.is_string(field.type):
             texts = [harmless(text) for text in table.column(number).to_pylist()]
@@ -90,11 +94,12 @@ def _harmless(table: pa.Table) -> pa.Table:
 
 
 def _pieces(run: Run, topic: Topic[Any]) -> Iterator[pa.Table]:
-    """Table of a topic, in pieces of bounded size."""
+    """Yield the table of a topic in pieces of bounded size."""
     if topic is FRAMES:
         frames = run.frames
-        for start in range(0, max(1, run.frame_rows), _ROWS):
-            yield _frames({name: column[start : start + _ROWS] for name, column in frames.items()})
+        for start in range(0, max(1, run.frame_rows), _ROWS_AT_ONCE):
+            rows = slice(start, start + _ROWS_AT_ONCE)
+            yield _frames({name: column[rows] for name, column in frames.items()})
     elif topic is CLOCK:
         yield _table({**_times(run.clock), **_columns(topic, run.clock)})
     elif topic in _FLEET:
@@ -104,7 +109,7 @@ def _pieces(run: Run, topic: Topic[Any]) -> Iterator[pa.Table]:
 
 
 def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
-    """A row per cycle and vehicle, vehicles within cycles."""
+    """Return a table with a row per cycle and vehicle; vehicles vary fastest."""
     table, n = run[topic.log_name], run.vehicles
     times = {name: np.repeat(column, n) for name, column in _times(table).items()}
     rows = len(times["cycle"])
@@ -139,15 +144,15 @@ def _events(events: Sequence[pb.Event]) -> pa.Table:
 
 
 def _times(table: Table) -> Table:
-    """When, as columns that every file begins with."""
+    """Return the columns of time that every file begins with."""
     cycle = table.get("cycle", np.zeros(0, np.uint32))
     return {"cycle": cycle, "time_s": table.get("time_ns", np.zeros(0, np.int64)) / 1e9}
 
 
 def _columns(topic: Topic[Any], table: Table) -> Table:
-    """Columns of a topic but its times; empty ones where there is no table."""
+    """Return the columns of a topic except its times; they are empty where there is no table."""
     fields = PackedCodec(topic.message.DESCRIPTOR).fields()
-    left_out = {"cycle", "time_ns", "logged"}  # what laws log has columns of its own
+    left_out = {"cycle", "time_ns", "logged"}  # values that laws log have columns of their own
     known = {name: table.get(name, np.zeros(0, of)) for name, (of, _) in fields.items()}
     return {name: column for name, column in (known | table).items() if name not in left_out}
 
@@ -158,9 +163,9 @@ def _table(
     units: Mapping[str, str] | None = None,
     laws: Mapping[int, str] | None = None,
 ) -> pa.Table:
-    """Arrow table of columns by their names in the log; an empty column of `rows` is all null.
+    """Return an Arrow table of columns by their names in the log; an empty column becomes nulls.
 
-    `laws` has the names of laws of the scenario's own, by mode.
+    `laws` are the names of the laws that are not in the library, by mode.
     """
     fields, arrays = [], []
     for name, column in columns.items():
@@ -175,17 +180,17 @@ def _table(
 
 
 def _array(name: str, column: NDArray[Any], laws: Mapping[int, str]) -> pa.Array:
-    """Column with words for kinds and nulls for what is not there."""
-    if name in _KINDS:
-        kinds = pb.DESCRIPTOR.enum_types_by_name[_KINDS[name]].values
-        # Without MODE_, OUTCOME_, EVENT_.
+    """Return a column with words in place of enums, and nulls for missing values."""
+    if name in _ENUMS:
+        kinds = pb.DESCRIPTOR.enum_types_by_name[_ENUMS[name]].values
+        # The prefix MODE_, OUTCOME_ or EVENT_ is dropped.
         words = {kind.number: kind.name.split("_", 1)[1] for kind in kinds}
         if name == "mode":
             del words[pb.MODE_OWN]
             words |= laws
         codes = np.searchsorted(list(words), column).astype(np.int8)
         return pa.DictionaryArray.from_arrays(codes, list(words.values()))
-    if name in _NEVER:
+    if name in _NULL_BELOW_0:
         return pa.array(column, mask=column < 0)
     return pa.array(column, from_pandas=True)  # NaN is null
 

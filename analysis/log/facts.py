@@ -1,4 +1,4 @@
-"""What stands in a log beside its messages, made good where it is damaged."""
+"""Reads what a log holds besides its messages, and replaces the parts that are damaged."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _UNKNOWN: Final = "unknown"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Facts:
-    """What stands in the log beside its messages.
+    """What a log holds besides its messages.
 
-    `whole` is False where the file is cut; `result` is empty where the cut is before it, and
-    `counts` are those of the messages up to the cut. `read_cycles` are the rows of /fleet/truth
-    that can be counted on.
+    `whole` is False where the file is cut. `result` is empty where the cut is before it, and
+    `counts` counts the messages up to the cut. `read_cycles` is the number of rows of /fleet/truth
+    that can be used.
     """
 
     run: dict[str, str]
@@ -41,30 +41,30 @@ class Facts:
 
     @property
     def duration_s(self) -> float:
-        """How long the run was to be, s."""
+        """Duration that the scenario asks for, s."""
         return self.scenario.cycles * self.scenario.period_ns * 1e-9
 
     @property
     def read_s(self) -> float:
-        """Up to where the log could be read, s."""
+        """Simulated time up to which the log could be read, s."""
         return max(0, self.read_cycles - 1) * self.scenario.period_ns * 1e-9
 
     @property
     def cut(self) -> str | None:
-        """A sentence that says up to where a cut log could be read; None for a whole one."""
+        """A sentence on how far a cut log could be read; None for a whole log."""
         if self.whole:
             return None
         return f"the log is cut: read up to {self.read_s:g} s of {self.duration_s:g} s"
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Sentences on what does not hold of what the log says of itself, a cut apart."""
+        """A sentence for each check that failed, except for the cut."""
         return tuple(c.says for c in self.checks if c.holds is False and c.name != "end")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metadata:
-    """zenvoy.run and zenvoy.result with every entry that readers rely on, and what was amiss."""
+    """zenvoy.run and zenvoy.result with every entry that readers rely on, and their faults."""
 
     run: dict[str, str]
     result: dict[str, str]
@@ -72,24 +72,24 @@ class Metadata:
 
 
 def scenario_of(path: Path, log: Pass) -> Scenario:
-    """Scenario of the log at `path` after a pass over it; raises LogError."""
+    """Return the scenario of the log at `path` after a pass over it; raises LogError."""
     if RUN not in log.metadata and (log.whole or log.counts or log.metadata):
         raise LogError(f"{path}: an MCAP file, but not the log of a run")
     if RUN not in log.metadata or EFFECTIVE not in log.attachments:
-        raise LogError(f"{path}: cut off before it says what it is the log of")
+        raise LogError(f"{path}: cut before the scenario, so it cannot be read")
     try:
         return Scenario.model_validate_json(log.attachments[EFFECTIVE].data)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
         says = " ".join(f"{place}: {first['msg']}".split())
-        raise LogError(f"{path}: {EFFECTIVE} in it: {shown(says)}") from error
+        raise LogError(f"{path}: its {EFFECTIVE} is not valid: {printable(says)}") from error
 
 
 def metadata_of(path: Path, log: Pass, scenario: Scenario) -> Metadata:
-    """Metadata of the log at `path`: what is missing or no number is taken from elsewhere."""
+    """Return the metadata of a log; entries that are missing or invalid come from `scenario`."""
     run, faults = read_run(
-        shown_facts(log.metadata[RUN]),
+        printable_values(log.metadata[RUN]),
         instead=RunMetadata(
             scenario=path.stem,
             seed=scenario.seed,
@@ -104,15 +104,15 @@ def metadata_of(path: Path, log: Pass, scenario: Scenario) -> Metadata:
     )
     if RESULT not in log.metadata:
         return Metadata(run=run, result={}, faults=tuple(faults))
-    result, others = read_result(shown_facts(log.metadata[RESULT]))
+    result, others = read_result(printable_values(log.metadata[RESULT]))
     return Metadata(run=run, result=result, faults=(*faults, *others))
 
 
-def shown(text: str) -> str:
-    """Text of a file as it can be printed: on one line, with no control characters."""
+def printable(text: str) -> str:
+    """Return text from a file on one line and without control characters."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
-def shown_facts(facts: Mapping[str, str]) -> dict[str, str]:
-    """Metadata as it can be printed."""
-    return {shown(key): shown(value) for key, value in facts.items()}
+def printable_values(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return metadata with printable names and values."""
+    return {printable(key): printable(value) for key, value in metadata.items()}

@@ -1,4 +1,4 @@
-"""The laws behind the modes of a log: those of the library, and those that the log describes."""
+"""Finds the law behind each mode of a log: from the library, or as the log describes it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _FALLBACK: Final = pb.MODE_FALLBACK_FM
 
 @dataclass(frozen=True, kw_only=True)
 class LoggedLaw:
-    """A law as its log describes it; its code is not needed.
+    """A law as the log describes it, without its code.
 
-    `linear` has the law near its equilibrium, by parameters (as JSON), setpoint and m.
+    `linear` is the law linearised at its equilibrium, by parameters (as JSON), setpoint and m.
     """
 
     mode: int
@@ -35,12 +35,12 @@ class LoggedLaw:
     predicts: bool = False
     linear: Mapping[tuple[str, Setpoint, int], Linear] | None = None
     law: Law | None = None
-    """The law itself, of one of the library."""
+    """The law itself, if it is in the library."""
 
     def linear_at(
         self, control: Control, given: Given, setpoint: Setpoint, m: int
     ) -> Linear | None:
-        """Return the law near its equilibrium; None where linear theory knows nothing of it."""
+        """Return the law linearised at its equilibrium; None where that is not known."""
         if self.law is None:
             return (self.linear or {}).get((_key(dict(given)), setpoint, m))
         if self.law.linear is None:
@@ -50,7 +50,7 @@ class LoggedLaw:
 
 
 def laws_in(metadata: Mapping[str, str]) -> dict[int, LoggedLaw]:
-    """Return the laws by mode: of the library, and of a log's metadata zenvoy.laws.
+    """Return the laws by mode: those of the library, and those in the metadata zenvoy.laws.
 
     Raises ValueError where the metadata cannot be understood.
     """
@@ -69,10 +69,10 @@ def own_laws_in(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
 
 
 def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> dict[str, str]:
-    """Put a column per value that a law logs in place of `logged`; returns their units by name.
+    """Replace `logged` with a column per value that a law logs, and return their units by name.
 
-    A column is called after its law and the value: `IDM.desired_gap`. Raises ValueError where
-    `logged` has another size.
+    Columns are named after law and value: `IDM.desired_gap`. Raises ValueError where `logged` has
+    the wrong size.
     """
     if "logged" not in table:
         return {}
@@ -124,7 +124,7 @@ def _described(mode: int, text: str) -> LoggedLaw:
             },
         )
     except (KeyError, TypeError, RecursionError) as error:
-        raise ValueError(f"law {mode} is not described as laws are") from error
+        raise ValueError(f"the description of law {mode} is incomplete or malformed") from error
 
 
 def _linear(values: Any) -> Linear:

@@ -1,4 +1,4 @@
-"""A run's log as one value: for notebooks, and for every chapter of a report."""
+"""Loads a run's log as one value, for notebooks and for every chapter of a report."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, RADAR, TRUTH
 from zenvoy.scenarios import Scenario
 
-# Of /v2v/frames, in memory: there are no more than 10,000 vehicles, nor 256 outcomes.
-_NARROW: Final = {
+# Types of /v2v/frames in memory. There are at most 10,000 vehicles and 256 outcomes.
+_FRAME_TYPES: Final = {
     "cycle": np.uint32,
     "source": np.uint16,
     "destination": np.uint16,
@@ -39,33 +39,33 @@ _NARROW: Final = {
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run:
-    """A run, as its log tells it.
+    """A run, as its log records it.
 
-    Fleet tables hold columns by field name of messages.proto, (rows, vehicles), and `cycle` and
-    `time_ns`, (rows,); a column that was not logged is (rows, 0), a table that was not is {}.
-    Column v - 1 is vehicle v. Row k of each is cycle k, so tables align by their first rows:
-    truth has a row more than the others, that of the run's end, and in a run that ended before
-    its time each may have another number of rows. The first `cycles` rows are there in all four.
+    Fleet tables hold columns (rows, vehicles) by their field names in messages.proto, and `cycle`
+    and `time_ns`, (rows,). A column that was not logged is (rows, 0), and a table that was not
+    logged is {}. Column v - 1 is vehicle v. Row k is cycle k in every table. Truth has one row more
+    than the others, for the run's end. In a run that ended early each table may have a different
+    number of rows; all four have the first `cycles` rows.
 
-    `time_ns` of truth and radar is the cycle's start t_k, that of estimate and command the instant
-    of the decision, t_k + v2v_wait; but the estimates `speed`, `ahead_gap`, … are of t_k.
+    In truth and radar `time_ns` is the cycle's start t_k. In estimate and command it is the instant
+    of the decision, t_k + v2v_wait, but the estimates `speed`, `ahead_gap`, … are for t_k.
     """
 
     path: Path
     name: str
-    """Of the scenario."""
+    """Name of the scenario."""
     seed: int
     run: dict[str, str]
-    """Metadata zenvoy.run: who made the log, from what."""
+    """Metadata zenvoy.run: what made the log, and from which scenario."""
     result: dict[str, str]
     """Metadata zenvoy.result: how the run ended; {} where the log is cut before it."""
     scenario: Scenario
-    """With all its defaults."""
+    """The scenario with all its defaults."""
     checks: tuple[Check, ...]
-    """What the log says of itself, held against what is in it."""
+    """Checks of what the log says about itself against what is in it."""
     notes: tuple[str, ...]
-    """What is not as it should be, in sentences for people: a cut, an early end, losses, checks
-    that do not hold."""
+    """What is wrong with the log or the run, in sentences for people: a cut, an early end, lost
+    processes, failed checks."""
     truth: Table
     radar: Table
     estimate: Table
@@ -75,15 +75,15 @@ class Run:
     units: dict[str, dict[str, str]] = field(default_factory=lambda: UNITS)
     """Topic -> column -> unit."""
     laws: Mapping[int, LoggedLaw] = field(default_factory=lambda: laws_in({}))
-    """The laws behind the modes of `estimate`; a value that a law logs is a column there, too."""
+    """The laws behind the modes of `estimate`, which also has a column per value that laws log."""
     frame_rows: int
-    """Rows of `frames`, known without reading them."""
+    """Number of rows of `frames`, known without reading them."""
 
     def __repr__(self) -> str:
         return f"<Run {self.name}, seed {self.seed}, {self.vehicles} vehicles, {self.path}>"
 
     def __getitem__(self, topic: str) -> Table:
-        """Table of a topic by its name in the log; raises KeyError, also for /events."""
+        """Return the table of a topic by its name in the log; raises KeyError, also for /events."""
         tables = (self.truth, self.radar, self.estimate, self.command, self.clock)
         if topic == FRAMES.log_name:
             return self.frames
@@ -91,13 +91,13 @@ class Run:
 
     @property
     def fingerprint(self) -> str | None:
-        """That of the run, where the log has it and its messages have it too; else None."""
+        """The run's fingerprint; None where it is not logged or does not match the messages."""
         broken = any(check.name == "fingerprint" and check.holds is False for check in self.checks)
         return None if broken else self.result.get("fingerprint")
 
     @property
     def vehicles(self) -> int:
-        """Number of vehicles; they count from 1."""
+        """Number of vehicles; vehicles are numbered from 1."""
         return self.scenario.fleet.size
 
     @property
@@ -107,7 +107,7 @@ class Run:
 
     @property
     def cycles(self) -> int:
-        """Number of cycles that all of truth, radar, estimate and command tell of."""
+        """Number of cycles that truth, radar, estimate and command all have."""
         tables = (self.truth, self.radar, self.estimate, self.command)
         return min(len(table.get("cycle", ())) for table in tables)
 
@@ -115,10 +115,10 @@ class Run:
     def frames(self) -> Table:
         """/v2v/frames: a row per frame and receiver, read from the file on first use.
 
-        Columns as in messages.proto, (rows,), and `cycle`; sent_ns is the cycle's start. Raises
-        LogError.
+        Columns are those of messages.proto, (rows,), and `cycle`; sent_ns is the cycle's start.
+        Raises LogError.
         """
-        table: Table = {name: np.empty(self.frame_rows, of) for name, of in _NARROW.items()}
+        table: Table = {name: np.empty(self.frame_rows, of) for name, of in _FRAME_TYPES.items()}
         at = 0
         for message in read_frames(self.path):
             end = at + len(message["source"])
@@ -135,7 +135,7 @@ class Run:
     def busy_ratio(self) -> NDArray[np.float64]:
         """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
 
-        (0, vehicles) where frames do not contend for the medium. Raises LogError.
+        It is (0, vehicles) where frames do not contend for the medium. Raises LogError.
         """
         rows = [np.zeros((0, self.vehicles))]
         if self.scenario.channel.medium.access != "none":
@@ -145,9 +145,9 @@ class Run:
 
 
 def load(path: str | Path) -> Run:
-    """Run logged at `path`, up to a cut or a gap where the log has one; raises LogError.
+    """Return the run logged at `path`, up to a cut or gap if there is one; raises LogError.
 
-    What the log says of itself is checked on the way; what does not hold is in `notes`.
+    What the log says about itself is checked on the way; failed checks are in `notes`.
     """
     path = Path(path)
     reading = read(path)

@@ -1,4 +1,7 @@
-"""What the tables of a log can hold. Numbers beyond that are damage, and no analysis bears them."""
+"""Rejects numbers in a log that no run can produce. They are damage, and would break the analysis.
+
+Each function returns a sentence on the first fault of a table, or None where there is none.
+"""
 
 from __future__ import annotations
 
@@ -11,27 +14,35 @@ from zenvoy.analysis.log.columns import Table
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import TRUTH
 
-_LARGEST: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
+_LARGEST_VALUE: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
 _LATEST_NS: Final = 1 << 60  # 36 years
 _MODES: Final = set(pb.Mode.values()) - {pb.MODE_OWN}
 _MOST_MODES: Final = 128
 _OPTIONAL: Final = {"neighbours"}  # columns that not every run has
-_OF_FRAMES: Final = ("destination", "sequence", "sent_ns", "arrived_ns", "latency_ns", "distance")
-# No number of these is ever missing; of a command that never came in real time, all is.
+_FRAME_COLUMNS: Final = (
+    "destination",
+    "sequence",
+    "sent_ns",
+    "arrived_ns",
+    "latency_ns",
+    "distance",
+)
+# Topics in which no number is ever missing. A command that never came, in real time, is all NaN.
 _COMPLETE: Final = {TRUTH.log_name}
-_OF_REALTIME: Final = (
+# Columns of /realtime with a number per vehicle, and with a number per frame.
+_REALTIME_COLUMNS: Final = (
     ("sensed_ns", "decided_ns", "commanded_ns"),
     ("source", "destination", "arrived_ns", "came_ns"),
 )
 
 
 def fleet_fault(topic: str, table: Table, vehicles: int) -> str | None:
-    """What a table of the fleet, (rows, vehicles), cannot be; None where it can."""
+    """Return what is wrong with a table of the fleet, (rows, vehicles)."""
     for name, column in table.items():
         if column.ndim == 2 and column.shape[1] != vehicles:
             if name in _OPTIONAL and not column.shape[1]:
                 continue
-            return f"{name} has {column.shape[1]} numbers in a message, the fleet {vehicles}"
+            return f"{name} has {column.shape[1]} numbers in a message, not {vehicles}"
         fault = _number_fault(name, column, complete=topic in _COMPLETE)
         if fault is None and name.endswith("_measured_ns"):
             fault = _reading_fault(name, column, table["time_ns"])
@@ -41,32 +52,32 @@ def fleet_fault(topic: str, table: Table, vehicles: int) -> str | None:
 
 
 def _reading_fault(name: str, column: NDArray[Any], now_ns: NDArray[Any]) -> str | None:
-    """Readings are of the past, or of no time (-1)."""
+    """Return what is wrong with times of readings: each must be past, or -1 for none."""
     if (column > now_ns[:, None]).any() or (column < -1).any():
-        return f"{name} holds what is no time of a reading"
+        return f"{name} holds a number that cannot be the time of a reading"
     return None
 
 
 def frames_fault(table: Table, vehicles: int) -> str | None:
-    """What the frames of a cycle cannot be; None where they can."""
+    """Return what is wrong with the frames of a cycle."""
     rows = len(table["source"])
-    for name in (*_OF_FRAMES, "outcome"):
+    for name in (*_FRAME_COLUMNS, "outcome"):
         if len(table[name]) != rows:
-            return f"{name} has {len(table[name])} numbers in a message, source {rows}"
+            return f"{name} has {len(table[name])} numbers in a message, but source has {rows}"
     for name, sizes in (("hops", {0, rows}), ("busy_ratio", {0, vehicles})):
         if len(table[name]) not in sizes:
-            return f"{name} has {len(table[name])} numbers in a message"
+            return f"{name} has {len(table[name])} numbers in a message, not {max(sizes)}"
     if not rows:
         return None
     for name in ("source", "destination"):
         if table[name].min() < 1 or table[name].max() > vehicles:
-            return f"{name}: there is no such vehicle in a fleet of {vehicles}"
+            return f"{name} holds a vehicle that is not in the fleet of {vehicles}"
     return _first_number_fault(table)
 
 
 def realtime_fault(table: Table, vehicles: int) -> str | None:
-    """What a row of /realtime cannot be; None where it can."""
-    fleet, frames = _OF_REALTIME
+    """Return what is wrong with a row of /realtime."""
+    fleet, frames = _REALTIME_COLUMNS
     for names, size in ((fleet, vehicles), (frames, len(table["source"]))):
         for name in names:
             if len(table[name]) != size:
@@ -75,22 +86,22 @@ def realtime_fault(table: Table, vehicles: int) -> str | None:
 
 
 def event_fault(event: pb.Event, vehicles: int) -> str | None:
-    """What an event cannot be; None where it can."""
+    """Return what is wrong with an event."""
     if event.vehicle > vehicles:
-        return f"vehicle {event.vehicle}: there is no such vehicle in a fleet of {vehicles}"
+        return f"vehicle {event.vehicle} is not in the fleet of {vehicles}"
     if not 0 <= event.time_ns <= _LATEST_NS:
-        return f"time_ns {event.time_ns} is no time of a run"
+        return f"time_ns {event.time_ns} cannot be a time of a run"
     return None
 
 
 def _first_number_fault(table: Table) -> str | None:
-    """The fault of the first column that has one, where no number may be missing."""
+    """Return the fault of the first column that has one; no number may be missing."""
     faults = (_number_fault(name, column, complete=True) for name, column in table.items())
     return next((fault for fault in faults if fault is not None), None)
 
 
 def _modes_exist(column: NDArray[Any]) -> bool:
-    """Whether each mode is one of the list, or may be that of a law of the scenario's own."""
+    """Return whether each mode is known, or may belong to a law that is not in the library."""
     own = (column >= pb.MODE_OWN) & (column < _MOST_MODES)
     return bool((own | (column <= max(_MODES))).all())
 
@@ -100,12 +111,12 @@ def _number_fault(name: str, column: NDArray[Any], complete: bool) -> str | None
         return None
     if column.dtype.kind == "f":
         largest = np.nanmax(np.abs(column), initial=0.0)
-        if largest > _LARGEST or (complete and np.isnan(column).any()):
-            return f"{name} holds what is no number of a run"
+        if largest > _LARGEST_VALUE or (complete and np.isnan(column).any()):
+            return f"{name} holds a number that no run can produce"
     elif name == "mode" and not _modes_exist(column):
         return f"mode {column.max()} does not exist"
     elif name == "outcome" and column.max() > max(pb.Outcome.values()):
         return f"outcome {column.max()} does not exist"
     elif name.endswith("_ns") and (column.min() < -_LATEST_NS or column.max() > _LATEST_NS):
-        return f"{name} holds what is no time of a run"
+        return f"{name} holds a number that cannot be a time of a run"
     return None

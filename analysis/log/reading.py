@@ -1,4 +1,4 @@
-"""All of a log in one pass, held against what the log says of itself."""
+"""Reads all of a log in one pass, and checks it against what the log says about itself."""
 
 from __future__ import annotations
 
@@ -12,7 +12,13 @@ from google.protobuf.message import DecodeError
 from zenvoy.analysis.log.checks import Content, checks_of
 from zenvoy.analysis.log.columns import Table, stack
 from zenvoy.analysis.log.cycles import Cycles
-from zenvoy.analysis.log.facts import Facts, metadata_of, scenario_of, shown, shown_facts
+from zenvoy.analysis.log.facts import (
+    Facts,
+    metadata_of,
+    printable,
+    printable_values,
+    scenario_of,
+)
 from zenvoy.analysis.log.laws import LoggedLaw, laws_in, own_laws_in, split_logged
 from zenvoy.analysis.log.plausible import event_fault, fleet_fault, frames_fault, realtime_fault
 from zenvoy.analysis.log.records import LogError, Message, Pass
@@ -41,26 +47,26 @@ _STREAMED: Final = {
     FRAMES.log_name: (PackedCodec(FRAMES.message.DESCRIPTOR), frames_fault),
     REALTIME.log_name: (PackedCodec(REALTIME.message.DESCRIPTOR), realtime_fault),
 }
-_ROW_BYTES: Final = 1_024  # more than a message holds of a vehicle
+_MAX_VEHICLE_BYTES: Final = 1_024  # per vehicle, in a message of a fleet topic
 
 
 @dataclass(kw_only=True)
 class Reading:
-    """A log as it was read: tables of its topics, events, and what can be said of it all."""
+    """A log as it was read: the tables of its topics, its events, and its facts."""
 
     facts: Facts
     tables: dict[str, Table]
     events: list[pb.Event]
     frame_rows: int
     laws: dict[int, LoggedLaw]
-    """By mode."""
+    """Laws by mode."""
     law_units: dict[str, str]
-    """Units of the columns that laws have logged."""
+    """Units of the columns that laws log."""
 
 
 def read(path: Path) -> Reading:
     """Read the log at `path`, up to a cut or a gap; raises LogError."""
-    with Pass(path) as log:  # what tells of the others comes first, in logs of Zenvoy's own
+    with Pass(path) as log:  # a first, short pass: Zenvoy writes scenario and metadata first
         for _ in log.messages(None):
             if RUN in log.metadata and EFFECTIVE in log.attachments:
                 break
@@ -81,8 +87,8 @@ def read(path: Path) -> Reading:
     facts = Facts(
         run=metadata.run,
         result=metadata.result,
-        repair=shown_facts(log.metadata.get(REPAIR, {})),
-        laws=shown_facts(own_laws_in(laws)),
+        repair=printable_values(log.metadata.get(REPAIR, {})),
+        laws=printable_values(own_laws_in(laws)),
         scenario=scenario,
         counts=_counts(log),
         whole=log.whole,
@@ -100,15 +106,15 @@ def read(path: Path) -> Reading:
 
 
 def _laws(log: Pass) -> tuple[dict[int, LoggedLaw], tuple[str, ...]]:
-    """The laws by mode, and what is wrong with what the log says of them."""
+    """Return the laws by mode, and the faults in their description."""
     try:
         return laws_in(log.metadata.get(LAWS, {})), ()
     except ValueError as error:
-        return laws_in({}), (f"metadata {LAWS}: {shown(str(error))}",)
+        return laws_in({}), (f"metadata {LAWS}: {printable(str(error))}",)
 
 
 class _Collector:
-    """Takes in the messages of a log, one by one; raises LogError for what no run can tell."""
+    """Collects the messages of a log one by one; raises LogError for what no run can produce."""
 
     def __init__(
         self, path: Path, scenario: Scenario, epoch_ns: int, laws: Mapping[int, LoggedLaw]
@@ -126,15 +132,15 @@ class _Collector:
         self.frame_rows = 0
 
     def take(self, message: Message) -> None:
-        """Take in the next message of the log."""
+        """Add the next message of the log."""
         topic, payload = message.topic, message.payload
         self.fingerprint.add(topic, message.log_time_ns - self._epoch_ns, payload)
         if topic == EVENTS.log_name:
             self._events.append(self._event(payload))
         elif topic in TABLES:
-            if len(payload) > _ROW_BYTES * (1 + self._vehicles):
+            if len(payload) > _MAX_VEHICLE_BYTES * (1 + self._vehicles):
                 raise LogError(
-                    f"{self._path}: {topic}: a message of {len(payload)} bytes, "
+                    f"{self._path}: {topic}: a message has {len(payload)} bytes, "
                     f"too many for a fleet of {self._vehicles}"
                 )
             if self.cycles[topic].take(payload):
@@ -145,7 +151,7 @@ class _Collector:
                 self._streamed(topic, payload)
 
     def table(self, topic: str) -> Table:
-        """Table of a topic with a row for each cycle up to the first gap."""
+        """Return the table of a topic, with a row for each cycle up to the first gap."""
         try:
             table = stack(TABLES[topic], self._rows[topic])
             if topic == ESTIMATE.log_name:
@@ -158,7 +164,7 @@ class _Collector:
         return table
 
     def events_read(self) -> list[pb.Event]:
-        """Events; where cycles are missing, those up to the last row of /fleet/truth."""
+        """Return the events; where cycles are missing, up to the last row of /fleet/truth."""
         truth = self.cycles[TRUTH.log_name]
         if not truth.missing():
             return self._events
@@ -189,9 +195,9 @@ class _Collector:
 
 
 def _counts(log: Pass) -> dict[str, int]:
-    """Messages by topic, those of Zenvoy's first."""
+    """Return the number of messages by topic, with Zenvoy's own topics first."""
     counts = {topic.log_name: 0 for topic in LOGGED}
     for channel, topic in log.topics.items():
-        name = shown(topic)
+        name = printable(topic)
         counts[name] = counts.get(name, 0) + log.counts[channel]
     return counts

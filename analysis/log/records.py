@@ -1,13 +1,12 @@
-"""The records of an MCAP file from front to back, also of one that is cut or damaged anywhere.
+"""Reads the records of an MCAP file from front to back, even if it is cut or damaged.
 
-The readers of the `mcap` package raise one error or another where a file ends early, trust every
-size in it, and make an object of each message. Here a record that is not all there ends the file,
-sizes have bounds, and a message is a view of its chunk.
+The readers of the `mcap` package raise various errors where a file ends early, trust every size in
+it, and make an object of each message. Here an incomplete record ends the file, sizes are limited,
+and a message is a view of its chunk.
 """
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from collections import Counter
@@ -15,7 +14,7 @@ from collections.abc import Callable, Collection, Iterator
 from io import BytesIO
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Self
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -24,12 +23,13 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema, Statistic
 from mcap.writer import MCAP0_MAGIC
 
 from zenvoy.analysis.log.chunks import DamageError, unpacked
+from zenvoy.analysis.log.log_file import LogFile
 from zenvoy.analysis.log.resync import kind_by_content, next_record
 from zenvoy.bus.log_format import chunk_limit
 from zenvoy.bus.log_metadata import RUN
 
-_HEAD: Final = struct.Struct("<BQ")  # of a record: what it is, and its length
-_MESSAGE: Final = struct.Struct("<HIQQ")  # before its data
+_HEAD: Final = struct.Struct("<BQ")  # opcode and length of a record
+_MESSAGE: Final = struct.Struct("<HIQQ")  # the fields of a message before its payload
 _CRC: Final = struct.Struct("<I")
 _FOOTER: Final = struct.Struct("<QQI")
 _PARSERS: Final[dict[int, Callable[[ReadDataStream], Any]]] = {
@@ -41,15 +41,15 @@ _PARSERS: Final[dict[int, Callable[[ReadDataStream], Any]]] = {
     Opcode.STATISTICS: Statistics.read,
 }
 _FIXED_LENGTH: Final = {int(Opcode.DATA_END): _CRC.size, int(Opcode.FOOTER): _FOOTER.size}
-_LARGEST: Final = 64 << 20  # bytes of an attachment, or of any other record that is not a chunk
-_FLEET: Final = 1_000  # vehicles, where the log does not say yet
-_BLOCK: Final = 1 << 20
-_PEEK: Final = 64
-_BROKEN: Final = (DamageError, McapError, struct.error, ValueError, OverflowError)
+_MAX_RECORD_BYTES: Final = 64 << 20  # of any record but chunks and messages
+_ASSUMED_VEHICLES: Final = 1_000  # until the log says how many there are
+_IDENTIFYING_BYTES: Final = 64  # at the beginning of a record
+# What reading a damaged record may raise.
+_DAMAGE_ERRORS: Final = (DamageError, McapError, struct.error, ValueError, OverflowError)
 
 
 class LogError(Exception):
-    """A file that is no log of a run, or of which nothing can be read."""
+    """A file is not the log of a run, or cannot be read."""
 
 
 class Message(NamedTuple):
@@ -63,14 +63,25 @@ class Message(NamedTuple):
     payload: memoryview
 
 
-class Pass:
-    """One pass over a log; use as a context, and read `messages` to their end.
+class _Head(NamedTuple):
+    """The head of a record: its opcode, the byte where it ends, and the CRC of all before it."""
 
-    Then `metadata`, `attachments`, `channels` and `statistics` are what was found, `whole` says
-    whether the file has the end that it should have, and `faults` what does not hold of what was
-    checked on the way. Raises LogError for a file that is no MCAP file or cannot be read, and at
-    the first part that is damaged; with `salvage`, that part is a fault, and reading goes on after
-    it. With `check`, every byte is read for the sake of the checksums over whole sections.
+    opcode: int
+    end: int
+    crc_before: int
+
+
+class Pass:
+    """One pass over a log; use it as a context, and read `messages` to their end.
+
+    Afterwards `metadata`, `attachments`, `channels` and `statistics` hold what was found, `whole`
+    says whether the file has its proper end, and `faults` lists the checks that failed. Raises
+    LogError for a file that is not an MCAP file or cannot be read, and at the first damaged part.
+    With `salvage`, a damaged part is a fault instead, and reading resumes after it. With `check`,
+    every byte is read, to verify the checksums of whole sections.
+
+    An MCAP file is a magic number, a data section, a summary section, a footer and the magic number
+    again. Each record is an opcode, a length, and as many bytes.
     """
 
     def __init__(self, path: Path, *, check: bool = False, salvage: bool = False) -> None:
@@ -85,20 +96,20 @@ class Pass:
         self.whole = False
         self.faults: list[str] = []
         self.found: Counter[int] = Counter()
-        """Records in the data section by opcode."""
+        """Number of records in the data section, by opcode."""
         self.counts: Counter[int] = Counter()
-        """Messages by channel."""
+        """Number of messages, by channel."""
         self.data_crc: bool | None = None
-        """Whether the CRC of the data section holds; None: there is none."""
+        """Whether the CRC of the data section holds; None where there is none."""
         self.summary_crc: bool | None = None
-        self._crc = 0
+        """Whether the CRC of the summary section holds; None where there is none."""
         self._in_summary = False
 
     def __enter__(self) -> Self:
         try:
             if not self._path.is_file() and not self._path.is_dir() and self._path.exists():
                 raise LogError(f"{self._path}: not a regular file")
-            self._file: BinaryIO = self._path.open("rb")
+            self._file = LogFile(self._path, check=self._check)
         except OSError as error:
             raise LogError(f"{self._path}: {error.strerror}") from error
         return self
@@ -119,81 +130,87 @@ class Pass:
         return {number: channel.topic for number, channel in self.channels.items()}
 
     def messages(self, topics: Collection[str] | None) -> Iterator[Message]:
-        """Messages of `topics` in the order of the file; None: of all.
+        """Yield the messages of `topics`, or of all topics for None, in the order of the file.
 
-        Copy of a payload what is to be kept.
+        Copy a payload to keep it: it is a view, and keeps its whole chunk in memory.
         """
-        size = self._file.seek(0, os.SEEK_END)
-        self._file.seek(0)
-        if self._read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+        at, size = len(MCAP0_MAGIC), self._file.size
+        if self._file.peek(0, at) != MCAP0_MAGIC:
             raise LogError(f"{self._path}: not an MCAP file")
-        at = len(MCAP0_MAGIC)
+        self._file.skip(at)
         while at + _HEAD.size <= size and not self.whole:
             try:
-                end = self._head(at, size)
-                if end is None:
+                head = self._head(at)
+                if head is None:
                     return
-                for message in self._record(end):
+                for message in self._rest(head):
                     self.counts[message.channel] += 1
                     if topics is None or message.topic in topics:
                         yield message
-                at = end
-            except _BROKEN as error:
-                at = self._damaged(at, size, str(error) or type(error).__name__)
+                at = head.end
+            except _DAMAGE_ERRORS as error:
+                at = self._resume_after(at, str(error) or type(error).__name__)
 
-    def _head(self, at: int, size: int) -> int | None:
-        """Read what a record is; where it ends, or None where the file is cut in it."""
-        self._crc_before = self._crc
-        self._opcode, length = _HEAD.unpack(self._read(_HEAD.size))
+    def _head(self, at: int) -> _Head | None:
+        """Read the head of the record at a byte; None where the file is cut in this record."""
+        crc_before = self._file.crc
+        opcode, length = _HEAD.unpack(self._file.read(_HEAD.size))
         end = at + _HEAD.size + length
-        if end > size or self._opcode == 0:  # zeros: where a copy was not finished
-            if self._is_cut(at, size):
+        if end > self._file.size or opcode == 0:  # a copy that was not finished ends in zeros
+            if self._is_cut(at):
                 return None
-            raise DamageError(f"a record of kind {self._opcode} and {length} bytes")
+            raise DamageError(f"a record of kind {opcode} and {length} bytes")
         if self._salvage:
-            self._file.seek(at)
-            kind = kind_by_content(self._file.read(_PEEK))
-            if kind is not None and kind != self._opcode:
-                self.faults.append(f"a {kind.name.lower()} at byte {at} bears the wrong kind")
-                self._opcode = kind
-            self._file.seek(at + _HEAD.size)
-        return int(end)
+            kind = kind_by_content(self._file.peek(at, _IDENTIFYING_BYTES))
+            if kind is not None and kind != opcode:
+                self.faults.append(f"a {kind.name.lower()} at byte {at} has the wrong opcode")
+                opcode = kind
+        return _Head(opcode, end, crc_before)
 
-    def _is_cut(self, at: int, size: int) -> bool:
-        """Whether nothing of the log follows a record that is not whole."""
+    def _is_cut(self, at: int) -> bool:
+        """Return whether an incomplete record at a byte is the last thing in the file."""
         if self._salvage:
-            return next_record(self._file, at + 1) is None
-        self._file.seek(size - len(MCAP0_MAGIC))
-        return self._file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC
+            return next_record(self._file.stream, at + 1) is None
+        return self._file.peek(self._file.size - len(MCAP0_MAGIC), len(MCAP0_MAGIC)) != MCAP0_MAGIC
 
-    def _record(self, end: int) -> Iterator[Message]:
-        """Take in the rest of a record; the messages in it."""
-        length = end - self._file.tell()
+    def _rest(self, head: _Head) -> Iterator[Message]:
+        """Read the rest of a record, and yield the messages in it."""
+        opcode, length = head.opcode, head.end - self._file.stream.tell()
         if not self._in_summary:
-            self.found[self._opcode] += 1
-        if _FIXED_LENGTH.get(self._opcode, length) != length:
-            raise DamageError(f"a record of kind {self._opcode} and {length} bytes")
-        if self._opcode in _PARSERS or self._opcode == Opcode.MESSAGE:
-            limit = self._limit() if self._opcode in {Opcode.CHUNK, Opcode.MESSAGE} else _LARGEST
+            self.found[opcode] += 1
+        if _FIXED_LENGTH.get(opcode, length) != length:
+            raise DamageError(f"a record of kind {opcode} and {length} bytes")
+        if opcode == Opcode.DATA_END:
+            self._end_of_data(head.crc_before)
+        elif opcode == Opcode.FOOTER:
+            self._end_of_file()
+        elif opcode in _PARSERS or opcode == Opcode.MESSAGE:
+            has_messages = opcode in {Opcode.CHUNK, Opcode.MESSAGE}
+            limit = self._chunk_limit() if has_messages else _MAX_RECORD_BYTES
             if length > limit:
-                raise DamageError(f"a record of {length} bytes; at most {limit} are read")
-            yield from self._take(self._opcode, memoryview(self._read(length)))
-        elif self._opcode == Opcode.DATA_END:
-            told = _CRC.unpack(self._read(length))[0]
-            self.data_crc = told == self._crc_before if self._check and told else None
-            self._in_summary, self._crc = True, 0
-        elif self._opcode == Opcode.FOOTER:
-            told = _FOOTER.unpack(self._read(length, but_last=_CRC.size))[2]
-            self.summary_crc = told == self._crc if self._check and told else None
-            self.whole = self._file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
-            after = self._file.read(1)
-            if self.whole and after:
-                self.faults.append("something stands after the end of the log")
+                raise DamageError(f"a record has {length} bytes; at most {limit} are read")
+            yield from self._contents(opcode, memoryview(self._file.read(length)))
         else:
-            self._pass_over(length)
+            self._file.skip(length)
 
-    def _take(self, opcode: int, body: memoryview) -> Iterator[Message]:
-        """Note what a record says; the messages in it."""
+    def _end_of_data(self, crc: int) -> None:
+        """Read the record that ends the data section, and compare its CRC; 0 stands for none."""
+        (stored,) = _CRC.unpack(self._file.read(_CRC.size))
+        self.data_crc = stored == crc if self._check and stored else None
+        self._in_summary, self._file.crc = True, 0
+
+    def _end_of_file(self) -> None:
+        """Read footer and magic number; the summary's CRC covers the footer up to the CRC."""
+        footer = self._file.read(_FOOTER.size, outside_crc=_CRC.size)
+        *_, stored = _FOOTER.unpack(footer)
+        self.summary_crc = stored == self._file.crc if self._check and stored else None
+        end = self._file.stream.read(len(MCAP0_MAGIC) + 1)
+        self.whole = end.startswith(MCAP0_MAGIC)
+        if self.whole and len(end) > len(MCAP0_MAGIC):
+            self.faults.append("the file goes on after the end of the log")
+
+    def _contents(self, opcode: int, body: memoryview) -> Iterator[Message]:
+        """Keep what a record holds, and yield the messages in it."""
         if opcode == Opcode.MESSAGE:
             channel, sequence, log_time_ns, publish_time_ns = _MESSAGE.unpack_from(body)
             if channel in self.channels:
@@ -216,9 +233,10 @@ class Pass:
         elif isinstance(found, Channel):
             self.channels[found.id] = found
         else:
-            yield from self._of_chunk(unpacked(found, self._limit()))
+            yield from self._records_of_chunk(unpacked(found, self._chunk_limit()))
 
-    def _of_chunk(self, data: bytes) -> Iterator[Message]:
+    def _records_of_chunk(self, data: bytes) -> Iterator[Message]:
+        """Yield the messages in an unpacked chunk."""
         view, at = memoryview(data), 0
         while at < len(data):
             opcode, length = _HEAD.unpack_from(data, at)
@@ -227,37 +245,25 @@ class Pass:
             if opcode == 0 or at > len(data):
                 raise DamageError(f"in a chunk, a record of kind {opcode} and {length} bytes")
             if opcode in {Opcode.MESSAGE, Opcode.CHANNEL, Opcode.SCHEMA}:
-                yield from self._take(opcode, view[start:at])
+                yield from self._contents(opcode, view[start:at])
 
-    def _limit(self) -> int:
-        """Bytes that a chunk may unpack to."""
+    def _chunk_limit(self) -> int:
+        """Return how many bytes a chunk may unpack to."""
         vehicles = self.metadata.get(RUN, {}).get("vehicles", "")
-        return chunk_limit(int(vehicles) if vehicles.isascii() and vehicles.isdigit() else _FLEET)
+        known = vehicles.isascii() and vehicles.isdigit()
+        return chunk_limit(int(vehicles) if known else _ASSUMED_VEHICLES)
 
-    def _damaged(self, at: int, size: int, what: str) -> int:
-        """Note damage of the record at a byte; where to go on. Raises LogError."""
+    def _resume_after(self, at: int, damage: str) -> int:
+        """Note that the record at a byte is damaged, and return where to go on.
+
+        Raises LogError unless the log is salvaged.
+        """
         if not self._salvage:
             raise LogError(
-                f"{self._path}: damaged at byte {at}: {what}; "
-                "zenvoy repair --salvage makes a log of what can be read"
+                f"{self._path}: damaged at byte {at}: {damage}; "
+                "zenvoy repair --salvage saves what can be read"
             )
-        after = next_record(self._file, at + 1) or size
-        self.faults.append(f"damaged from byte {at} to byte {after}: {what}")
-        self._file.seek(after)
+        after = next_record(self._file.stream, at + 1) or self._file.size
+        self.faults.append(f"damaged from byte {at} to byte {after}: {damage}")
+        self._file.stream.seek(after)
         return after
-
-    def _read(self, length: int, but_last: int = 0) -> bytes:
-        """Bytes of the file, which the running CRC takes in; raises DamageError at its end."""
-        data = self._file.read(length)
-        if len(data) < length and self._file.tell() > len(MCAP0_MAGIC):
-            raise DamageError("the file has become shorter")
-        if self._check:
-            self._crc = zlib.crc32(memoryview(data)[: len(data) - but_last], self._crc)
-        return data
-
-    def _pass_over(self, length: int) -> None:
-        if not self._check:
-            self._file.seek(length, os.SEEK_CUR)
-            return
-        while length > 0:
-            length -= len(self._read(min(length, _BLOCK)))

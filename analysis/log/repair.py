@@ -1,4 +1,4 @@
-"""A whole log out of one that is cut or damaged: all that can be read of it, with an end."""
+"""Makes a whole log out of a cut or damaged one: all of it that can be read, with an end."""
 
 from __future__ import annotations
 
@@ -33,30 +33,30 @@ _PER_CYCLE = frozenset({*TABLES, FRAMES.log_name, REALTIME.log_name})
 
 
 class RepairError(Exception):
-    """A file that is there already."""
+    """The new file exists already."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repaired:
-    """What a repair has left: the new log, and what is in it."""
+    """The result of a repair: the new log, and what is in it."""
 
     path: Path
     found: tuple[str, ...]
-    """What was amiss with the log as it was."""
+    """The faults of the old log."""
     facts: Facts
-    """Of the new log."""
+    """Facts of the new log."""
 
 
 def repair(path: Path, out: Path | None, *, salvage: bool = False) -> Repaired | None:
-    """Write what can be read of the log at `path` as a whole log; None: it is whole already.
+    """Write what can be read of the log at `path` as a whole log; None if it is whole already.
 
     The new file is `out`, else `<name>-repaired.mcap` beside the log. It must not exist. It has
-    all messages up to a cut, and with `salvage` also those after a part that is damaged; where
-    none is missing it has the result of the run as well, else one that says so. Raises LogError
-    where nothing can be read, or where only `salvage` can help, RepairError, and OSError where
-    the new file cannot be written.
+    all messages up to a cut, and with `salvage` also those after a damaged part. Where no message
+    is missing it keeps the result of the run. Otherwise its result says that the log was cut or
+    damaged. Raises LogError where nothing can be read, or where only `salvage` can help;
+    RepairError; and OSError where the new file cannot be written.
     """
-    found = _found(path, salvage)
+    found = _faults(path, salvage)
     if not found:
         return None
     out = path.with_name(f"{path.stem}-repaired.mcap") if out is None else out
@@ -73,8 +73,8 @@ def repair(path: Path, out: Path | None, *, salvage: bool = False) -> Repaired |
     return Repaired(path=out, found=found, facts=read(out).facts)
 
 
-def _found(path: Path, salvage: bool) -> tuple[str, ...]:
-    """What is amiss with a log; raises LogError where it cannot be repaired without `salvage`."""
+def _faults(path: Path, salvage: bool) -> tuple[str, ...]:
+    """Return the faults of a log; raises LogError where it cannot be repaired without `salvage`."""
     try:
         facts = read(path).facts
     except LogError:
@@ -87,7 +87,7 @@ def _found(path: Path, salvage: bool) -> tuple[str, ...]:
             raise
         return tuple(log.faults) or ("the log is damaged",)
     if facts.faults and not salvage:
-        raise LogError(f"{path}: {facts.faults[0]}; --salvage makes a log of what can be read")
+        raise LogError(f"{path}: {facts.faults[0]}; --salvage saves what can be read")
     return (*([facts.cut] if facts.cut else []), *facts.faults)
 
 
@@ -97,9 +97,9 @@ def _copy(path: Path, file: IO[bytes], found: tuple[str, ...], salvage: bool) ->
     copy = _Copy(writer)
     with Pass(path, salvage=salvage) as log:
         for message in log.messages(None):
-            copy.beside(log)
+            copy.all_but_messages(log)
             copy.message(log, message)
-        copy.beside(log)
+        copy.all_but_messages(log)
     result = log.metadata.get(RESULT)
     if result is None or result.get("fingerprint") != copy.fingerprint.hexdigest():
         result = copy.result(log.whole)
@@ -110,7 +110,7 @@ def _copy(path: Path, file: IO[bytes], found: tuple[str, ...], salvage: bool) ->
 
 
 class _Copy:
-    """Writes what a pass finds, each thing once."""
+    """Writes what a pass over a log finds, each record once."""
 
     def __init__(self, writer: LogWriter) -> None:
         self._writer = writer
@@ -123,7 +123,7 @@ class _Copy:
         self._epoch_ns = EPOCH_NS
         self.fingerprint = Fingerprint()
 
-    def beside(self, log: Pass) -> None:
+    def all_but_messages(self, log: Pass) -> None:
         """Write metadata and attachments that were not written yet."""
         for name, facts in log.metadata.items():
             if name not in self._metadata:
@@ -143,7 +143,7 @@ class _Copy:
                 )
 
     def message(self, log: Pass, message: Message) -> None:
-        """Write a message, unless one of its topic and cycle was written before."""
+        """Write a message, unless one with the same topic and cycle was written before."""
         payload = bytes(message.payload)
         cycles = self._cycles.get(message.topic)
         if cycles is not None:
@@ -164,7 +164,7 @@ class _Copy:
         )
 
     def result(self, whole: bool) -> dict[str, str]:
-        """A result of what was written, for a log that has lost its own or a part of itself."""
+        """Return a result for what was written, for a log that lost messages or its own result."""
         return ResultMetadata(
             end="damaged" if whole else "cut",
             fingerprint=self.fingerprint.hexdigest(),

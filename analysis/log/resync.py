@@ -1,4 +1,7 @@
-"""Where the records of an MCAP file go on after a part that is damaged."""
+"""Finds where the records of an MCAP file resume after a damaged part.
+
+Chunks, and the run's result, are recognised by the bytes near their beginning.
+"""
 
 from __future__ import annotations
 
@@ -13,11 +16,11 @@ from zenvoy.bus.log_metadata import RESULT
 
 _HEAD: Final = struct.Struct("<BQ")
 _BLOCK: Final = 1 << 20
-_OVERLAP: Final = 64  # longer than a mark and what stands before it
+_OVERLAP: Final = 64  # longer than a mark and the bytes before it
 
 
 class _Mark(NamedTuple):
-    """What stands within a record of a kind, and how far from its beginning."""
+    """Bytes that identify a kind of record, and their distance from the record's beginning."""
 
     kind: Opcode
     text: bytes
@@ -36,7 +39,7 @@ _MARKS: Final = (
 
 
 def kind_by_content(record: bytes) -> Opcode | None:
-    """What a record is by its first bytes, whatever kind it bears; None: cannot be told."""
+    """Return the kind of a record by its contents; None where they do not identify it."""
     for mark in _MARKS:
         if record.startswith(mark.text, mark.at):
             return mark.kind
@@ -44,7 +47,7 @@ def kind_by_content(record: bytes) -> Opcode | None:
 
 
 def next_record(file: BinaryIO, start: int) -> int | None:
-    """First byte from `start` on at which a chunk or the run's result seems to begin."""
+    """Return the first byte from `start` on where a chunk or the run's result may begin."""
     end = file.seek(0, os.SEEK_END)
     while start < end:
         file.seek(start)
@@ -66,7 +69,7 @@ def _beginnings(block: bytes) -> Iterator[int]:
 
 
 def _fits(file: BinaryIO, at: int, end: int) -> bool:
-    """Whether a record at this byte ends within the file."""
+    """Return whether a record at this byte ends within the file."""
     file.seek(at)
     _, length = _HEAD.unpack(file.read(_HEAD.size))
     return bool(at + _HEAD.size + length <= end)

@@ -1,4 +1,4 @@
-"""Units of what is logged, from the names of the fields in messages.proto."""
+"""Derives the unit of each logged column from its field name in messages.proto."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Final
 
 from zenvoy.bus.topics import LOGGED
 
-# The first that is found in a name decides; a standard deviation has the unit of its quantity.
+# The first part found in a name decides. A standard deviation has the unit of its quantity.
 _BY_PART: Final = (
     ("_ns", "ns"),
     ("acceleration", "m/s²"),
@@ -18,7 +18,7 @@ _BY_PART: Final = (
 
 
 def unit_of(column: str) -> str:
-    """Unit of a column: "ns", "m", …; "" for counts, numbers of vehicles, kinds and shares."""
+    """Return the unit of a column: "ns", "m", …; "" for counts, vehicles, kinds and shares."""
     return next((unit for part, unit in _BY_PART if part in column), "")
 
 
@@ -26,4 +26,4 @@ UNITS: Final = {
     topic.log_name: {field.name: unit_of(field.name) for field in topic.message.DESCRIPTOR.fields}
     for topic in LOGGED
 }
-"""Topic -> column -> unit, of every topic of the log."""
+"""Topic -> column -> unit, for every topic of the log."""

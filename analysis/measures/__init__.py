@@ -1,1 +1,1 @@
-"""Figures of merit: functions of what a log holds, which draw nothing."""
+"""Computes figures of merit from what a log holds; draws nothing."""

@@ -7,18 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.analysis.measures.metrics import fit
+from zenvoy.analysis.measures.metrics import accuracy
 
 
 class Agreement(NamedTuple):
-    """Root mean square error in the values' unit, both readings of "R²", and of how many values.
+    """RMSE in the values' unit, both meanings of "R²", and the number of values.
 
+    `r2` is 1 - SS_res / SS_tot. It is negative where offset or noise exceed the variation of the
+    truth. `r2_correlation` is the square of Pearson's correlation coefficient, which ignores offset
+    and scale. Both are NaN where the truth does not vary, the latter also where the values do not.
     `spread` is the standard deviation of the truth.
-
-    `r2` is 1 - SS_res / SS_tot, which an offset or a noise larger than the truth's own variation
-    makes negative; `r2_correlation` is the square of Pearson's correlation coefficient, which
-    sees neither offset nor scale. NaN where they are not defined: the truth does not vary, or,
-    for the latter, the values do not.
     """
 
     rmse: float
@@ -29,11 +27,11 @@ class Agreement(NamedTuple):
 
 
 def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Agreement | None:
-    """Agreement of values with the truth, two arrays of one shape; None where there is no pair.
+    """Compare values with the truth, two arrays of one shape; None where there is no pair.
 
-    Pairs with a NaN are left out. All of the arrays is pooled: give a column for one vehicle.
+    Pairs with a NaN are left out. All elements are pooled: pass one column for one vehicle.
     """
-    found = fit(values, truth)
+    found = accuracy(values, truth)
     if found is None:
         return None
     known = ~(np.isnan(values) | np.isnan(truth))
@@ -47,7 +45,7 @@ def agreement(values: NDArray[Any], truth: NDArray[Any]) -> Agreement | None:
 
 
 def _correlation(values: NDArray[Any], truth: NDArray[Any]) -> float:
-    """Pearson's correlation coefficient; NaN where one of the two does not vary."""
+    """Return Pearson's correlation coefficient; NaN where one of the two does not vary."""
     first, second = values - values.mean(), truth - truth.mean()
     scale = float(np.sqrt((first**2).sum()) * np.sqrt((second**2).sum()))
     return float((first * second).sum()) / scale if scale > 0.0 else float("nan")

@@ -1,9 +1,9 @@
-"""Whether a filter errs as it says it does (Bar-Shalom, Li and Kirubarajan 2001, Section 5.4).
+"""Checks that a filter is consistent: that its errors are as large as the variance it states.
 
-Squared errors, normalised by the variance that the filter claims, are χ² distributed with one
-degree of freedom where filter and claim are right: their mean is 1. The mean over m independent
-ones has a 95 % interval from the quantiles of χ²(m) / m. Here the m are the vehicles of one cycle,
-whose sensors err independently; over time the errors of a filter hang together.
+See Bar-Shalom, Li and Kirubarajan 2001, Section 5.4. The squared errors of a consistent filter,
+divided by its variance, follow χ² with one degree of freedom, so their mean is 1. The mean over m
+independent ones has a 95 % interval from the quantiles of χ²(m) / m. Here the m are the vehicles of
+one cycle, as their sensors err independently. The errors of one filter are correlated over time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 class Spread(NamedTuple):
-    """Shares of the errors within 1, 2 and 3 standard deviations; 0.683, 0.954, 0.997 if normal."""
+    """Shares of errors within 1, 2 and 3 standard deviations: 0.683, 0.954, 0.997 if normal."""
 
     within_1: float
     within_2: float
@@ -26,9 +26,10 @@ class Spread(NamedTuple):
 
 
 class Consistency(NamedTuple):
-    """Mean over the vehicles per cycle (cycles,), its 95 % interval, and both over the run.
+    """Mean over the vehicles in each cycle with its 95 % interval (cycles,), and over the run.
 
-    NaN where no vehicle had a value; `share_inside` is that of the cycles within the interval.
+    Cycles in which no vehicle had a value are NaN. `share_inside` is the share of the cycles whose
+    mean is within the interval.
     """
 
     per_cycle: Floats
@@ -39,7 +40,7 @@ class Consistency(NamedTuple):
 
 
 def spread(error: Floats, std: Floats) -> Spread | None:
-    """How errors lie against the standard deviations claimed for them; None where none is known."""
+    """Compare errors with the filter's standard deviations; None where no error is known."""
     known = ~(np.isnan(error) | np.isnan(std))
     if not known.any():
         return None
@@ -48,9 +49,9 @@ def spread(error: Floats, std: Floats) -> Spread | None:
 
 
 def normalised_error(error: Floats, std: Floats) -> Floats:
-    """NEES of one component: (x̂ - x)² / P, from the truth. Mean 1 if consistent.
+    """Return the NEES of one component, (x̂ - x)² / P; its mean is 1 for a consistent filter.
 
-    Component by component, since the log has the diagonal of P only.
+    It is taken by component, as the log has only the diagonal of P.
     """
     return np.asarray((error / np.where(std > 0.0, std, np.nan)) ** 2)
 
@@ -58,20 +59,20 @@ def normalised_error(error: Floats, std: Floats) -> Floats:
 def normalised_innovation(
     measured: Floats, estimated: Floats, std: Floats, reading_variance: Floats
 ) -> Floats:
-    """NIS of one component from what is logged after the update; NaN where it cannot be told.
+    """Return the NIS of one component from what is logged after the update; NaN if unknown.
 
-    The innovation z - x̂⁻ and its covariance S = P⁻ + R are not in the log, the residual after the
-    update is: z - x̂ = (1 - K)(z - x̂⁻), whose variance is (1 - K) S (1 - K)' = R S⁻¹ R = R - P for
-    the Kalman gain K and H = I. Normalised, both are the same number: (z - x̂)² / (R - P). For a
-    state of two this is so as a quadratic form; of its components, each is χ² with one degree of
-    freedom all the same. Needs neither gain nor what the filter predicted, which depends on what
-    it heard of its neighbour.
+    The innovation z - x̂⁻ and its covariance S = P⁻ + R are not in the log, but the residual after
+    the update is: z - x̂ = (1 - K)(z - x̂⁻). For the Kalman gain K and H = I its variance is
+    (1 - K) S (1 - K)' = R S⁻¹ R = R - P. Normalised, residual and innovation are the same number:
+    (z - x̂)² / (R - P). For a state of two components this holds for the quadratic form, and each
+    component still follows χ² with one degree of freedom. So neither the gain nor the prediction,
+    which depends on the beacons that the filter received, is needed.
 
-    R is that of the sensors, not the filter's idea of it, so it says whether readings scatter
-    around the estimates as they should. Left out where P > R / 2: the filter has just started, and
-    R - P would be the difference of two numbers of a size. Reading errors that are uniform have
-    the variance of R but lighter tails: the mean stays 1, its scatter is that of 0.8 in place of
-    2 (the fourth moment), so more than 95 % of the cycles lie within the interval.
+    R is the true variance of the sensors, not the filter's assumption, so this checks that readings
+    scatter around the estimates as they should. Values with P > R / 2 are left out: the filter has
+    just started, and R - P would be a small difference of large numbers. Uniform reading errors
+    have the variance R but lighter tails. The mean is still 1, but the variance of the squares is
+    0.8 instead of 2 (the fourth moment), so more than 95 % of the cycles are within the interval.
     """
     variance = reading_variance - std**2
     settled = std**2 <= 0.5 * reading_variance
@@ -80,7 +81,7 @@ def normalised_innovation(
 
 
 def consistency(normalised: Floats) -> Consistency | None:
-    """Judge normalised squares (cycles, vehicles), NaN left out; None where there are none."""
+    """Compare normalised squares (cycles, vehicles) with χ²; NaN are left out, None if all are."""
     known = ~np.isnan(normalised)
     count = known.sum(axis=1)
     some = count > 0
@@ -101,6 +102,6 @@ def consistency(normalised: Floats) -> Consistency | None:
 
 
 def interval(count: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """95 % interval of the mean of `count` squares of standard normal numbers: χ²(m) / m."""
+    """Return the 95 % interval of the mean of m = `count` squared standard normals: χ²(m) / m."""
     half = count / 2.0
     return gammaincinv(half, 0.025) / half, gammaincinv(half, 0.975) / half

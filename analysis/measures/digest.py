@@ -1,4 +1,4 @@
-"""What a study keeps of a run when its log is gone: a few hundred kilobytes instead of fifty."""
+"""The digest of a run, which a study keeps after deleting the log: some hundred kilobytes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from zenvoy.links.distance import gaps
 Floats = NDArray[np.float64]
 
 _STANDS_MPS: Final = 0.1
-# Agreement is told of the whole run, and of the time in which the braking is felt.
+# Agreement with the truth is computed over the whole run, and while the braking has an effect.
 _SPANS_S: Final = {"whole": (0.0, math.inf), "disturbed": (10.0, 60.0)}
 _ARRAYS: Final = (
     "time_s",
@@ -43,13 +43,13 @@ _ARRAYS: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Digest:
-    """Of one run with T rows of truth and n vehicles.
+    """The digest of one run with T rows of truth and n vehicles.
 
     time_s, min_distance and max_distance (m), spread (standard deviation of speed over the
-    vehicles, m/s) and mean_speed (m/s) are (T,). snapshots: speeds at PAPER_S (m/s), (4, n),
-    NaN where the run was shorter. speed: every tenth row of speeds (m/s), (T // 10 + 1, n). link:
-    true, measured and estimated speed (m/s) of the `first_disturbed` vehicle,
-    then the same of its gap (m), (6, cycles). facts: single numbers and names.
+    vehicles, m/s) and mean_speed (m/s) are (T,). snapshots holds the speeds at PAPER_S (m/s),
+    (4, n), NaN after the run's end. speed holds every tenth row of speeds (m/s), (T // 10 + 1, n).
+    link holds true, measured and estimated speed (m/s) of the `first_disturbed` vehicle, then the
+    same for its gap (m), (6, cycles). facts holds single numbers and names.
     """
 
     time_s: Floats
@@ -63,7 +63,7 @@ class Digest:
     facts: dict[str, Any]
 
     def save(self, path: Path) -> None:
-        """Write it whole or not at all."""
+        """Write the digest whole or not at all."""
         partial = path.with_name(path.name + ".partial")
         with partial.open("wb") as file:
             arrays = {name: getattr(self, name) for name in _ARRAYS}
@@ -72,7 +72,7 @@ class Digest:
 
     @classmethod
     def read(cls, path: Path) -> Digest:
-        """The digest saved at `path`; raises OSError, ValueError or KeyError for anything else."""
+        """Return the digest saved at `path`; raises OSError, ValueError or KeyError."""
         try:
             with path.open("rb") as file, np.load(file) as stored:
                 arrays = {name: stored[name] for name in _ARRAYS}
@@ -82,7 +82,7 @@ class Digest:
 
 
 def digest(run: Run) -> Digest:
-    """What is kept of `run`, whose log has at least two cycles."""
+    """Return the digest of `run`, whose log has at least two cycles."""
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     speed = truth["speed"]
@@ -137,12 +137,14 @@ def _facts(run: Run, gap: Floats) -> dict[str, Any]:
             for at_s in PAPER_S
             if (row := row_at(run.time_s, at_s)) < len(speed)
         },
-        "fit": {name: _fits(run, gap, span) for name, span in _SPANS_S.items()},
+        "fit": {name: _agreements(run, gap, span) for name, span in _SPANS_S.items()},
     }
 
 
-def _fits(run: Run, gap: Floats, span_s: tuple[float, float]) -> dict[str, dict[str, float] | None]:
-    """Readings and estimates against the truth, of all vehicles over a span of time."""
+def _agreements(
+    run: Run, gap: Floats, span_s: tuple[float, float]
+) -> dict[str, dict[str, float] | None]:
+    """Compare readings and estimates of all vehicles with the truth over a span of time."""
     time_s = run.time_s[: run.cycles]
     rows = np.flatnonzero((time_s >= span_s[0]) & (time_s < span_s[1]))
     pairs = {
@@ -151,10 +153,10 @@ def _fits(run: Run, gap: Floats, span_s: tuple[float, float]) -> dict[str, dict[
         "measured_gap": (run.radar["gap"], gap),
         "estimated_gap": (run.estimate["ahead_gap"], gap),
     }
-    return {name: _fit(values[rows], truth[rows]) for name, (values, truth) in pairs.items()}
+    return {name: _agreement(values[rows], truth[rows]) for name, (values, truth) in pairs.items()}
 
 
-def _fit(values: Floats, truth: Floats) -> dict[str, float] | None:
+def _agreement(values: Floats, truth: Floats) -> dict[str, float] | None:
     found = agreement(values, truth)
     if found is None:
         return None

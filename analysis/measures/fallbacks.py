@@ -1,4 +1,4 @@
-"""How often vehicles fell back to FM on their own radar."""
+"""Counts how often vehicles fell back to FM on their own radar."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from zenvoy.scenarios import Scenario
 
 
 def fallbacks(events: Sequence[pb.Event], scenario: Scenario) -> int:
-    """Number of fallbacks in a run's events.
+    """Return the number of fallbacks in a run's events.
 
-    At a vehicle's first decision it may have heard nobody yet. Where it does within the age to
-    which data count later on (beacon_age_limit_ms), it has not fallen back from anything.
+    A vehicle may start in FM because no beacon has reached it yet. This does not count if the
+    beacons come within beacon_age_limit_ms, as it has not fallen back from anything.
     """
     begun: dict[int, int] = {}
     count = 0

@@ -1,4 +1,4 @@
-"""Figures of merit of the fleet's motion. Axis 0 is time, axis 1 the vehicle."""
+"""Figures of merit of the fleet's motion. Axis 0 is time, axis 1 is the vehicle."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 _PER_HOUR: Final = 3600.0
-_AT_LIMIT: Final = 1e-9  # of the limit: rounding
+_ROUNDING: Final = 1e-9  # relative
 
 
 class Band(NamedTuple):
-    """Means with their standard deviations, each (T,)."""
+    """Means and standard deviations, each (T,)."""
 
     mean: Floats
     std: Floats
 
 
 def over_runs(series: Floats) -> Band:
-    """Mean and standard deviation (n - 1) over runs of a series each, (runs, T).
+    """Return mean and standard deviation (n - 1) over runs; `series` has a row per run, (runs, T).
 
-    The standard deviation of one run is NaN: it says nothing of others.
+    The standard deviation of a single run is NaN.
     """
     if len(series) == 1:
         return Band(series[0], np.full(series.shape[1], np.nan))
@@ -31,11 +31,11 @@ def over_runs(series: Floats) -> Band:
 
 
 def over_windows(time_s: Floats, values: Floats, width_s: float) -> tuple[Floats, Band]:
-    """Middles of windows (W,), s, and mean and standard deviation of all values in each.
+    """Return the middles of windows (W,), s, and mean and standard deviation in each.
 
-    `values` are (T, k), as the three smallest gaps: the standard deviation then says both how the
-    three differ and how they move within a window, the RMSE of saying one number for it.
-    A last window that is less than half full is left out.
+    `values` are (T, k), such as the three smallest gaps. The standard deviation then covers both
+    the differences between the three and their motion within the window. A last window that is
+    less than half full is left out.
     """
     start_s = time_s[0]
     number = np.floor((time_s - start_s) / width_s + 1e-9).astype(np.int64)
@@ -47,29 +47,29 @@ def over_windows(time_s: Floats, values: Floats, width_s: float) -> tuple[Floats
 
 
 def speed_spread(speed: Floats) -> Floats:
-    """Standard deviation of the vehicles' speeds at each time (T,), m/s."""
+    """Return the standard deviation of the vehicles' speeds at each time (T,), m/s."""
     return np.asarray(speed.std(axis=1))
 
 
 def share_at_limit(acceleration: Floats, limit: float) -> float:
-    """Share of all vehicles' time at ± the limit of acceleration (m/s²), or beyond."""
-    return float((np.abs(acceleration) >= limit * (1.0 - _AT_LIMIT)).mean())
+    """Return the share of all vehicles' time at or beyond ± the acceleration limit (m/s²)."""
+    return float((np.abs(acceleration) >= limit * (1.0 - _ROUNDING)).mean())
 
 
 def rms(values: Floats) -> float:
-    """Root of the mean square over all times and vehicles."""
+    """Return the root mean square over all times and vehicles."""
     return float(np.sqrt(np.mean(values * values)))
 
 
 def jerk(acceleration: Floats, period_s: float) -> Floats:
-    """Change of the mean acceleration from a period to the next (T - 1, n), m/s³."""
+    """Return the change of acceleration from one period to the next (T - 1, n), m/s³."""
     return np.diff(acceleration, axis=0) / period_s
 
 
 def flow_by_density(position: Floats, speed: Floats, ring_length_m: float | None) -> Floats:
-    """Vehicles per hour at each time (T,): vehicles per metre times their mean speed.
+    """Return vehicles per hour at each time (T,): vehicles per metre times their mean speed.
 
-    On the ring the density is n over its length; on the open road n - 1 over the fleet's extent.
+    The density is n over the length of the ring, or n - 1 over the fleet's extent on the open road.
     """
     if ring_length_m is None:
         density = (position.shape[1] - 1) / (position[:, 0] - position[:, -1])
@@ -81,28 +81,31 @@ def flow_by_density(position: Floats, speed: Floats, ring_length_m: float | None
 def crossings(
     time_s: Floats, position: Floats, point_m: float, ring_length_m: float | None
 ) -> Floats:
-    """Times, in order, at which vehicles pass a point of the road, s.
+    """Return the times at which vehicles pass a point of the road, in ascending order, s.
 
-    Between two rows a vehicle is taken to keep its speed. On the ring every lap counts.
+    Speed is taken as constant between two rows. On the ring every lap counts.
     """
-    way = position - point_m
-    laps = np.floor(way / ring_length_m) if ring_length_m else (way >= 0.0).astype(np.float64)
+    travelled = position - point_m
+    if ring_length_m:
+        laps = np.floor(travelled / ring_length_m)
+    else:
+        laps = (travelled >= 0.0).astype(np.float64)
     passed = np.maximum(np.diff(laps, axis=0), 0.0).astype(np.int64)
     rows, vehicles = np.nonzero(passed)
     times = passed[rows, vehicles]
     lap = 1 + np.arange(times.sum()) - np.repeat(np.cumsum(times) - times, times)
     rows, vehicles = np.repeat(rows, times), np.repeat(vehicles, times)
     line = (laps[rows, vehicles] + lap) * ring_length_m if ring_length_m else 0.0
-    before, after = way[rows, vehicles], way[rows + 1, vehicles]
+    before, after = travelled[rows, vehicles], travelled[rows + 1, vehicles]
     part = (line - before) / (after - before)
     return np.sort(time_s[rows] + part * (time_s[rows + 1] - time_s[rows]))
 
 
 def counted_flow(times_s: Floats, duration_s: float | None) -> float | None:
-    """Vehicles per hour from the times at which they passed.
+    """Return vehicles per hour from the times at which they passed.
 
-    Over `duration_s`; where that is None, as on an open road that is empty before and after the
-    fleet, from the first to the last vehicle. None where there are too few to say.
+    They are counted over `duration_s`. Where that is None they are counted from the first to the
+    last vehicle, as an open road is empty before and after the fleet. None for too few vehicles.
     """
     if duration_s is not None:
         return len(times_s) / duration_s * _PER_HOUR

@@ -1,4 +1,4 @@
-"""How a run in real time kept to the clock: lateness on the wall, from `/realtime`."""
+"""How punctual a run in real time was: lateness on the wall clock, from `/realtime`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from zenvoy.bus.topics import REALTIME
 
 Floats = NDArray[np.float64]
 
-_PORTION: Final = 10  # drift is taken between the first and the last tenth of a run
+_PARTS: Final = 10  # drift is measured between the first and the last tenth of a run
 
 
 class Quantiles(NamedTuple):
-    """Of a lateness, ms of wall time; below 0 is before the deadline."""
+    """Quantiles of a lateness, ms of wall time; a negative one is before the deadline."""
 
     p50: float
     p99: float
@@ -30,11 +30,11 @@ class Quantiles(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Punctuality:
-    """Lateness in ms of wall time, as 1-d arrays; below 0: before the deadline.
+    """Lateness in ms of wall time, as 1-d arrays; a negative one is before the deadline.
 
-    cycle: of each cycle's beginning, in order of time. sense: of each sense at its vehicle, after
-    t_k. decision: after t_k + v2v_wait. command: of each command at the world, after it was to
-    take effect. delivery: of each frame at its receiver, after the instant drawn for it.
+    cycle: each cycle's beginning, after t_k, in order of time. sense: each sense at its vehicle,
+    after t_k. decision: each decision, after t_k + v2v_wait. command: each command at the world,
+    after it should take effect. delivery: each frame at its receiver, after the drawn instant.
     """
 
     cycle: Floats
@@ -43,28 +43,25 @@ class Punctuality:
     command: Floats
     delivery: Floats
     commands_missing: int
-    """Commands that had not come when their cycle was logged; with a vehicle, they stop."""
+    """Commands that had not come when their cycle was logged, such as those of a lost vehicle."""
     overruns: int
     """Cycles that began more than 1 ms late."""
 
     @property
     def commands_late(self) -> int:
-        """Commands that came after they were to take effect."""
+        """Number of commands that came after they should have taken effect."""
         return int((self.command > 0.0).sum())
 
     @property
     def drift_ms(self) -> float:
-        """By how much later cycles begin in the last tenth of the run than in the first (medians).
-
-        What does not grow with time is lateness, not drift.
-        """
-        portion = max(1, len(self.cycle) // _PORTION)
-        first, last = np.median(self.cycle[:portion]), np.median(self.cycle[-portion:])
+        """Median lateness of cycles in the last tenth of the run, minus that in the first, ms."""
+        rows = max(1, len(self.cycle) // _PARTS)
+        first, last = np.median(self.cycle[:rows]), np.median(self.cycle[-rows:])
         return float(last - first)
 
 
 def punctuality(run: Run) -> Punctuality | None:
-    """Of a run in real time; None of one in lock-step, or without a cycle. Raises LogError."""
+    """Return the punctuality of a run; None in lock-step, or without a cycle. Raises LogError."""
     rows = _rows(run)
     if not rows:
         return None
@@ -72,7 +69,7 @@ def punctuality(run: Run) -> Punctuality | None:
     start = [row["time_ns"] for row in rows]
 
     def late(name: str, due: list[Any]) -> Floats:
-        """Of one column in all rows, without what never was."""
+        """Return the lateness of one column in all rows, without what never happened."""
         pairs = zip(rows, due, strict=True)
         values = [(row[name] - then)[row[name] >= 0] for row, then in pairs]
         return np.asarray(np.concatenate(values) * (1e-6 / run.scenario.speed))
@@ -90,17 +87,17 @@ def punctuality(run: Run) -> Punctuality | None:
 
 
 def quantiles(lateness: Floats) -> Quantiles | None:
-    """Of a lateness (n,); None where nothing came."""
+    """Return the quantiles of a lateness (n,); None where it is empty."""
     if not lateness.size:
         return None
     return Quantiles(*(float(q) for q in np.percentile(lateness, (50, 99, 100))))
 
 
 def missed_decisions(run: Run) -> tuple[int, int]:
-    """Frames that missed the decision they were due for, and those that were due for one.
+    """Return how many frames missed the decision they were due for, and how many were due.
 
-    By the latency drawn these came in time for the first decision after they were sent. Raises
-    LogError.
+    A frame is due if its drawn latency is short enough for the first decision after it was sent.
+    Raises LogError.
     """
     deadline_ns = run.scenario.v2v_wait_ns or run.scenario.period_ns
     missed = met = 0

@@ -1,4 +1,4 @@
-"""What vehicles measure and estimate, beside the truth of the same instant."""
+"""Aligns what vehicles measure and estimate with the truth at the same instant."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """One quantity of every vehicle; arrays (cycles, vehicles), NaN where there is nothing.
+    """One quantity of every vehicle; arrays (cycles, vehicles), NaN where there is no value.
 
-    Row k is the start of cycle k in all of them: an estimate stands at the instant that it is of,
-    which for a link is that of its newest reading, and appears there once. `std` is the filter's
-    standard deviation, `reading_variance` that of `measured` around the truth, as the sensors are.
+    Row k is the start of cycle k in all arrays. The estimate of a link stands in the row of its
+    newest reading, and appears once. `std` is the standard deviation that the filter states,
+    `reading_variance` the true variance of `measured` around the truth.
     """
 
     name: str
@@ -32,24 +32,24 @@ class Quantity:
     std: Floats
     reading_variance: Floats
     filters_reading: bool
-    """Whether the filter is fed with `measured`; not where it compares positions instead."""
+    """Whether the filter's input is `measured`; False where it compares positions instead."""
 
     @property
     def label(self) -> str:
-        """Name and unit, as on an axis."""
+        """Name and unit, for axes and tables."""
         return f"{self.name}, {self.unit}"
 
     @property
     def error(self) -> Floats:
-        """Of the estimate, in `unit`."""
+        """Error of the estimate, in `unit`."""
         return self.estimated - self.true
 
 
 def quantities(run: Run) -> tuple[Quantity, ...]:
-    """Own speed, then gap and relative speed of the link ahead, then those of the link behind.
+    """Return own speed, then gap and relative speed of the links ahead and behind.
 
-    Empty where no cycle was logged. The reading of the link behind is the radar's of the vehicle
-    behind, as it tells it (paper Section III).
+    The result is empty where no cycle was logged. The link behind is measured by the radar of the
+    vehicle behind, which reports it (paper Section III).
     """
     if not run.cycles:
         return ()
@@ -72,7 +72,7 @@ def quantities(run: Run) -> tuple[Quantity, ...]:
     )
     found = [own]
     for side in ("ahead", "behind"):
-        # The link behind a vehicle is the one ahead of its follower.
+        # The link behind a vehicle is the link ahead of its follower.
         link = np.arange(n) if side == "ahead" else (np.arange(n) + 1) % n
         when = estimate[f"{side}_measured_ns"][:cycles] // run.scenario.period_ns
         for name, of, read, variance in (
@@ -95,9 +95,9 @@ def quantities(run: Run) -> tuple[Quantity, ...]:
 
 
 def first_disturbed(run: Run) -> int:
-    """Vehicle that is the first to brake or follow a trace, or else the one in the middle.
+    """Return the vehicle that first brakes or follows a trace, or else the one in the middle.
 
-    Not one without a vehicle ahead: instead of vehicle 1 of the open road, the one behind it.
+    It has a vehicle ahead: on the open road vehicle 2 replaces vehicle 1.
     """
     first = first_disturbance(run.events)
     vehicle = first.vehicle if first is not None else (run.vehicles + 1) // 2
@@ -105,9 +105,9 @@ def first_disturbed(run: Run) -> int:
 
 
 def _at_its_cycle(values: NDArray[Any], when: NDArray[np.int64]) -> Floats:
-    """Estimates (cycles, vehicles) in the rows that they are of: `when`, < 0 for never.
+    """Move estimates (cycles, vehicles) to the rows `when` that they are for; < 0 means never.
 
-    An estimate that is still the one of the row before is left out.
+    An estimate that is the same as in the row before is left out.
     """
     fresh = when >= 0
     fresh[1:] &= when[1:] != when[:-1]

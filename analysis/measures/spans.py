@@ -1,4 +1,4 @@
-"""The spans of time at which the paper looks: before a braking, its dip, the end."""
+"""The spans of time that the paper examines: before a braking, its dip, the end."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from zenvoy.bus import messages_pb2 as pb
 
 Floats = NDArray[np.float64]
 
-_SETTLED_S: Final = 5.0  # distances before the braking and at the end are means over this
-_DIP_S: Final = 30.0  # after the last braking, the dip is looked for this long
+_SETTLED_S: Final = 5.0  # distances before the braking and at the end are means over this time
+_DIP_S: Final = 30.0  # the dip is sought up to this time after the last braking
 
 _ENDS: Final = {
     pb.EVENT_BRAKE: pb.EVENT_BRAKE_END,
-    pb.EVENT_TRACE: pb.EVENT_TRACE_END,  # of sines too
+    pb.EVENT_TRACE: pb.EVENT_TRACE_END,  # also for sines
 }
 
 
 class Span(NamedTuple):
-    """Times in (low_s, high_s]. Of a `dip` the extremes count, of others the means."""
+    """The times (low_s, high_s]. A `dip` is described by extremes, other spans by means."""
 
     name: str
     low_s: float
     high_s: float
 
     def rows(self, time_s: Floats) -> NDArray[np.bool_]:
-        """Which rows lie in it."""
+        """Return which rows lie in the span."""
         return (time_s > self.low_s) & (time_s <= self.high_s)
 
 
 class Disturbance(NamedTuple):
-    """What was done to a vehicle (1..n) whatever its controller said, and when."""
+    """A braking or a trace that overrides the controller of a vehicle (1..n) for some time."""
 
     vehicle: int
     start_s: float
@@ -45,9 +45,9 @@ class Disturbance(NamedTuple):
 
 
 def disturbances(events: Sequence[pb.Event]) -> list[Disturbance]:
-    """Brakings and traces that a run tells of, in order of their start.
+    """Return the brakings and traces of a run, in order of their start.
 
-    One that had not ended with the run ends at infinity.
+    A disturbance that outlasts the run ends at infinity.
     """
     found = []
     for index, event in enumerate(events):
@@ -73,7 +73,7 @@ def first_disturbance(events: Sequence[pb.Event]) -> Disturbance | None:
 
 
 def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
-    """Before the first disturbance, the dip after the last one, and the end, at `end_s`."""
+    """Return the spans before the first disturbance, of the dip, and at the run's end `end_s`."""
     found = []
     if disturbed:
         first = min(disturbed, key=lambda one: one.start_s)
@@ -89,9 +89,9 @@ def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
 def distances(
     span: Span, time_s: Floats, min_distance: Floats, max_distance: Floats
 ) -> tuple[float, float] | None:
-    """MinDistance and MaxDistance (T,) over a span, m: extremes of a dip, means otherwise.
+    """Reduce MinDistance and MaxDistance (T,) to a span, m: extremes in a dip, else means.
 
-    None where the run has no row in it.
+    The result is None where the run has no row in the span.
     """
     within = span.rows(time_s)
     if not within.any():

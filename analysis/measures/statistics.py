@@ -1,4 +1,4 @@
-"""Means over seeds, with the interval that says how well they are known."""
+"""Means over seeds, with their confidence intervals."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ class Mean:
     n: int
 
     def above(self, other: Mean) -> bool:
-        """Whether the whole interval lies above the other's."""
+        """Return whether the whole interval lies above the other's."""
         return self.low > other.high
 
     def text(self, digits: int = 2, unit: str = "") -> str:
-        """As "36.70 ± 0.02 m"."""
+        """Return text such as "36.70 ± 0.02 m"."""
         half = (self.high - self.low) / 2.0
         spread = "" if np.isnan(half) else f" ± {half:.{digits}f}"
         return f"{self.mean:.{digits}f}{spread}{unit and ' ' + unit}"
 
 
 def mean_of(values: Sequence[float]) -> Mean:
-    """Mean of at least one value; of one alone the interval is unbounded (NaN)."""
+    """Return the mean of at least one value; the interval of a single value is NaN."""
     n = len(values)
     mean, half = (float(np.asarray(part)) for part in mean_and_half(np.array(values)[:, None]))
     return Mean(mean=mean, low=mean - half, high=mean + half, n=n)
 
 
 def mean_and_half(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean over axis 0 of (n, ...) and half the width of its 95 % interval, both (...)."""
+    """Return the mean over axis 0 of (n, ...) and half its 95 % interval, both (...)."""
     n = len(values)
     mean = np.asarray(values.mean(axis=0)).squeeze()
     if n < 2:

@@ -1,4 +1,7 @@
-"""The stretches of a run that are linear: nobody stands, few are at their limits, none collides."""
+"""Finds the stretches of a run in which linear theory applies.
+
+There no vehicle stands, few are at their acceleration limits, and none collides.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +17,14 @@ from zenvoy.bus import messages_pb2 as pb
 _STANDING: Final = "some vehicle stands"
 _LIMITED: Final = "many vehicles are at their acceleration limits"
 _STANDS_MPS: Final = 0.1
-_LONG_S: Final = 10.0  # a shorter stretch tells little of waves that take seconds per vehicle
-_NEARLY: Final = 0.999  # of the limit
-_MANY: Final = 0.05  # of all vehicles
-_AFTER_S: Final = 5.0  # a hard braking may drive its neighbours to their limits, too
+_MIN_STRETCH_S: Final = 10.0  # shorter ones are useless for waves that take seconds per vehicle
+_AT_LIMIT: Final = 0.999  # share of the limit from which a vehicle is at it
+_MANY: Final = 0.05  # share of all vehicles
+_EXEMPT_S: Final = 5.0  # after a hard braking the neighbours may be at their limits
 
 
 class Stretch(NamedTuple):
-    """Rows [low, high). `from_start`: it begins with the disturbance, out of a settled fleet."""
+    """Rows [low, high). `from_start`: it begins with the disturbance of a settled fleet."""
 
     low: int
     high: int
@@ -29,15 +32,16 @@ class Stretch(NamedTuple):
 
     @property
     def rows(self) -> int:
-        """How many."""
+        """Number of rows."""
         return self.high - self.low
 
 
 def stretches(run: Run, first: Disturbance) -> tuple[list[Stretch], list[str]]:
-    """Linear stretches after the first disturbance, and in words what lies between and after them.
+    """Return the linear stretches after the first disturbance, and notes on what is left out.
 
-    Where nobody stands, nor many are at their limits, there is one, up to what ends it for good.
-    Of those after that, only the ones of 10 s and more count.
+    There is one stretch where no vehicle stands and few are at their limits. It ends with a
+    collision, a new disturbance, or a change of model or targets. Otherwise only stretches of 10 s
+    and more count.
     """
     low, high, notes = _window(run, first)
     stands = run.truth["speed"][low:high].min(axis=1) < _STANDS_MPS
@@ -50,27 +54,30 @@ def stretches(run: Run, first: Disturbance) -> tuple[list[Stretch], list[str]]:
         Stretch(low + int(start), low + int(end), from_start=start == 0)
         for start, end in edges.reshape(-1, 2)
     ]
-    least = round(_LONG_S * 1e9 / run.scenario.period_ns)
+    least = round(_MIN_STRETCH_S * 1e9 / run.scenario.period_ns)
     long = [piece for piece in pieces if piece.rows >= least]
     kept = long or [piece for piece in pieces if piece.from_start]
     why = [_STANDING] * bool(stands.any()) + [_LIMITED] * bool(at_limit.any())
-    return kept, [*notes, f"At times {' or '.join(why)}, which is not linear. {_told(run, long)}"]
+    note = (
+        f"At times {' or '.join(why)}; linear theory does not apply then. {_described(run, long)}"
+    )
+    return kept, [*notes, note]
 
 
 def main_stretch(found: list[Stretch]) -> Stretch | None:
-    """The one to be told of: that from the disturbance on if there is one, or else the longest."""
+    """Return the stretch to report: the one that begins with the disturbance, or the longest."""
     return max(found, key=lambda stretch: (stretch.from_start, stretch.rows), default=None)
 
 
-def _told(run: Run, long: list[Stretch]) -> str:
+def _described(run: Run, long: list[Stretch]) -> str:
     spans = [f"from {run.time_s[one.low]:g} s to {run.time_s[one.high - 1]:g} s" for one in long]
     if spans:
-        return f"What is linear: {' and '.join(spans)}."
-    return f"What lies between lasts for less than {_LONG_S:g} s."
+        return f"The motion is linear {' and '.join(spans)}."
+    return f"No linear stretch lasts for {_MIN_STRETCH_S:g} s or more."
 
 
 def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
-    """Rows from the disturbance to what ends all that is linear, or of it."""
+    """Return the rows from the disturbance to the first event after which theory does not hold."""
     time_s = run.time_s
     ends = [(float(time_s[-1]) + 1.0, "")]
     for event in run.events:
@@ -87,15 +94,15 @@ def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
     end_s, why = min(ends)
     low = int(np.searchsorted(time_s, first.start_s - 1e-9))
     high = int(np.searchsorted(time_s, end_s - 1e-9))
-    notes = [f"What came after {end_s:g} s is left out: {why}."] if why else []
+    notes = [f"The time after {end_s:g} s is left out because of {why}."] if why else []
     return low, high, notes
 
 
 def _many_at_limit(run: Run, first: Disturbance) -> NDArray[np.bool_]:
-    """Rows (T,) after the disturbance at which so many have been at their limits for a second."""
-    limit = run.scenario.control.acceleration_limit_mps2 * _NEARLY
+    """Return the rows (T,) at which many vehicles have been at their limits for a second."""
+    limit = run.scenario.control.acceleration_limit_mps2 * _AT_LIMIT
     at_limit: NDArray[np.int64] = (np.abs(run.truth["acceleration"]) >= limit).sum(axis=1)
     rows = max(1, round(1.0 / (run.scenario.period_ns * 1e-9)))
     mean = np.convolve(at_limit, np.ones(rows) / rows)[: len(at_limit)]
     many = mean > max(1.5, _MANY * run.vehicles)
-    return np.asarray(many & (run.time_s > first.end_s + _AFTER_S))
+    return np.asarray(many & (run.time_s > first.end_s + _EXEMPT_S))

@@ -1,4 +1,4 @@
-"""The summary of a run: what a user wants to know first, from the log alone."""
+"""The summary of a run: what a user wants to know first."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper
 from zenvoy.analysis.measures.links import arrived
-from zenvoy.analysis.measures.metrics import Fit, fit, max_distance, min_distance
+from zenvoy.analysis.measures.metrics import Accuracy, accuracy, max_distance, min_distance
 from zenvoy.analysis.measures.punctuality import missed_decisions, punctuality, quantiles
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
@@ -24,15 +24,15 @@ Summary = dict[str, Any]
 
 
 def summarize(path: Path) -> Summary:
-    """Summary of the log at `path`, in units of the field names; raises LogError.
+    """Return the summary of the log at `path`, in the units of the field names; raises LogError.
 
-    What does not apply to the run (no estimates, not one of the paper's cases) is None.
+    Figures that do not apply to the run are None, such as those of estimates where there are none.
     """
     return summary_of(load(path))
 
 
 def summary_of(run: Run) -> Summary:
-    """Summary of a run that is loaded; raises LogError where its frames cannot be read."""
+    """Return the summary of a loaded run; raises LogError where its frames cannot be read."""
     summary = _result(run)
     if run.truth:
         summary |= _distances(run)
@@ -46,7 +46,7 @@ def summary_of(run: Run) -> Summary:
 
 
 def _result(run: Run) -> Summary:
-    """How the run ended; where a cut took that away, what the last row of /clock says."""
+    """Return how the run ended; from the last row of /clock where the log has no result."""
     result = run.result
     last = {name: column[-1] for name, column in run.clock.items()}
     cycles, time_ns, wall_ns = (int(last.get(name, 0)) for name in ("cycle", "time_ns", "wall_ns"))
@@ -67,7 +67,7 @@ def _result(run: Run) -> Summary:
 
 
 def _distances(run: Run) -> Summary:
-    """Gaps and speeds at the instants the paper looks at."""
+    """Return gaps and speeds at the instants that the paper examines."""
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
@@ -87,7 +87,7 @@ def _span(value: tuple[float, float] | None) -> Summary | None:
 
 
 def _agreement(run: Run) -> Summary:
-    """Measured and estimated own speed and gap ahead against the truth."""
+    """Compare measured and estimated own speed and gap ahead with the truth."""
     cycles, radar, estimate = run.cycles, run.radar, run.estimate
     if not cycles:
         return {"speed": None, "gap": None}
@@ -95,18 +95,18 @@ def _agreement(run: Run) -> Summary:
     gap = gaps(run.truth["position"][:cycles], run.scenario.ring_length_m)
     return {
         "speed": {
-            "measured": _fit(fit(radar["speed"][:cycles], speed)),
-            "estimated": _fit(fit(estimate["speed"][:cycles], speed)),
+            "measured": _values(accuracy(radar["speed"][:cycles], speed)),
+            "estimated": _values(accuracy(estimate["speed"][:cycles], speed)),
         },
         "gap": {
-            "measured": _fit(fit(radar["gap"][:cycles], gap)),
-            "estimated": _fit(fit(estimate["ahead_gap"][:cycles], gap)),
+            "measured": _values(accuracy(radar["gap"][:cycles], gap)),
+            "estimated": _values(accuracy(estimate["ahead_gap"][:cycles], gap)),
         },
     }
 
 
 def _real_time(run: Run) -> Summary | None:
-    """How the run kept to the clock; None where no cycle tells."""
+    """Return how punctual the run was; None where no cycle was logged."""
     found = punctuality(run)
     if found is None:
         return None
@@ -116,7 +116,7 @@ def _real_time(run: Run) -> Summary | None:
     return {
         "speed": run.scenario.speed,
         "lateness_ms": {
-            kind: None if told is None else told._asdict() for kind, told in lateness.items()
+            kind: None if values is None else values._asdict() for kind, values in lateness.items()
         },
         "commands_late": found.commands_late,
         "commands_missing": found.commands_missing,
@@ -127,12 +127,12 @@ def _real_time(run: Run) -> Summary | None:
     }
 
 
-def _fit(value: Fit | None) -> Summary | None:
+def _values(value: Accuracy | None) -> Summary | None:
     return None if value is None else value._asdict()
 
 
 def _frames(path: Path) -> Summary:
-    """Frames by outcome; one frame counts once for each receiver in range."""
+    """Count frames by outcome; a frame counts once for each receiver in range."""
     counts = np.zeros(max(pb.Outcome.values()) + 1, dtype=np.int64)
     latencies = [np.zeros(0, dtype=np.int64)]
     for table in read_frames(path):

@@ -1,4 +1,4 @@
-"""Frames as the chapter on V2V sees them: logged by a run, or drawn from a channel alone."""
+"""The frames that the chapter on V2V shows: logged by a run, or drawn from a channel alone."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Traffic(Protocol):
 
     @property
     def scenario(self) -> Scenario:
-        """With all its defaults."""
+        """The scenario with all its defaults."""
 
     @property
     def vehicles(self) -> int:
@@ -43,7 +43,7 @@ class Traffic(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DrawnTraffic:
-    """Traffic that no run has logged."""
+    """Frames that were drawn from a channel without a run."""
 
     scenario: Scenario
     frames: Table

@@ -1,1 +1,1 @@
-"""How results are shown: sections, style of pictures, digits, HTML pages, files."""
+"""Presents results: sections, style of pictures, digits, HTML pages, files."""

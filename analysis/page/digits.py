@@ -1,4 +1,4 @@
-"""Numbers as people read them: as many digits as tell something, alike within a column."""
+"""Formats numbers for people: significant digits only, and the same decimals in a column."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from zenvoy.analysis.page.section import Cell, Sheet
 
 ABSENT: Final = "–"
 _SIGNIFICANT: Final = 4  # digits of the largest number of a column
-_SMALLEST: Final = 2  # digits of its smallest, where one decimal more is enough for them
-_SPREAD: Final = 1e4  # columns that span more are not of one scale
-_MOST_DECIMALS: Final = 6
-_BESIDE: Final = 6  # more columns than these, of one row alone, are shown below each other
+_SMALLEST: Final = 2  # digits of its smallest number, if one more decimal is enough for them
+_SPREAD: Final = 1e4  # columns that span more have no common number of decimals
+_MAX_DECIMALS: Final = 6
+_MAX_SIDE_BY_SIDE: Final = 6  # a single row with more columns than this is turned
 _FIXED: Final = (1e-4, 1e7)  # magnitudes that are written without an exponent
 
 
 class Column(NamedTuple):
-    """A column as it is shown; numbers stand at the right."""
+    """A column as it is shown; numbers are aligned to the right."""
 
     title: str
     number: bool
@@ -26,23 +26,23 @@ class Column(NamedTuple):
 
     @property
     def longest(self) -> int:
-        """Characters of its longest cell."""
+        """Length of the longest cell, characters."""
         return max(map(len, self.cells), default=0)
 
     @property
     def longest_word(self) -> int:
-        """Characters of the longest word in a cell."""
+        """Length of the longest word in any cell, characters."""
         return max((len(word) for cell in self.cells for word in cell.split()), default=0)
 
 
 def columns(sheet: Sheet, most_rows: int) -> list[Column]:
-    """The first rows of a sheet, column by column.
+    """Return the first rows of a sheet, column by column.
 
-    In a sheet with a column "unit" each row is of a quantity of its own: its numbers are alike.
-    A single row of many columns is turned: a row for each of them.
+    In a sheet with a column "unit" each row is a quantity, so decimals are the same within a row.
+    A single row with many columns is turned into one row per column.
     """
     rows = sheet.rows[:most_rows]
-    if len(rows) == 1 and len(sheet.columns) > _BESIDE:
+    if len(rows) == 1 and len(sheet.columns) > _MAX_SIDE_BY_SIDE:
         values = list(map(text, rows[0]))
         return [Column("figure", False, list(sheet.columns)), Column("value", True, values)]
     cells = [[row[index] for row in rows] for index in range(len(sheet.columns))]
@@ -61,11 +61,11 @@ def _row_texts(row: Sequence[Cell]) -> list[str]:
 
 
 def texts(column: Sequence[Cell]) -> list[str]:
-    """The cells of a column. What is no number, and None, is "–".
+    """Return the text of the cells of a column; None and NaN become "–".
 
-    A column of one quantity has the same decimals throughout: those of four significant digits
-    of its largest number, and one more where the smallest would else have less than two. One with
-    text in it, or that spans more than four orders, has four significant digits a cell.
+    All cells have the same decimals: enough for four significant digits of the largest number, and
+    one more if the smallest would have fewer than two. In a column that contains text, or that
+    spans more than four orders of magnitude, each cell has four significant digits.
     """
     known = [abs(cell) for cell in column if isinstance(cell, float) and math.isfinite(cell)]
     sizes = [size for size in known if size > 0.0]
@@ -79,7 +79,7 @@ def texts(column: Sequence[Cell]) -> list[str]:
 
 
 def text(cell: Cell) -> str:
-    """One cell by itself."""
+    """Return the text of a single cell."""
     if cell is None:
         return ABSENT
     if isinstance(cell, str):
@@ -103,12 +103,12 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def _decimals(size: float, digits: int) -> int:
-    """Decimals at which a number of this size has so many significant digits."""
-    return min(_MOST_DECIMALS, max(0, digits - 1 - math.floor(math.log10(size))))
+    """Return the decimals at which a number of this size has `digits` significant digits."""
+    return min(_MAX_DECIMALS, max(0, digits - 1 - math.floor(math.log10(size))))
 
 
 def _needed(size: float) -> int:
-    """Decimals that tell all there is to tell: none for 500.0, one for 0.1."""
+    """Return the decimals that write a number in full: none for 500.0, one for 0.1."""
     if not math.isfinite(size):
         return 0
     written = f"{size:.9f}".rstrip("0")
@@ -116,7 +116,7 @@ def _needed(size: float) -> int:
 
 
 def _grouped(value: int) -> str:
-    """Thousands apart where there are more than four digits; the space does not break."""
+    """Separate thousands in numbers of more than four digits, by a no-break space."""
     written = f"{value:,}".replace(",", "\u00a0") if abs(value) >= 10_000 else str(value)
     return _signed(written)
 

@@ -1,4 +1,4 @@
-"""Draws each picture once, and gives it in every form in which it is kept."""
+"""Draws each picture once, and saves it in all formats."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DPI: Final = 150
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drawn:
-    """A picture as files, and its size in inches."""
+    """A picture as PNG and SVG, and its size in inches."""
 
     png: bytes
     svg: bytes
@@ -28,7 +28,7 @@ class Drawn:
 def drawn(picture: Picture) -> Drawn:
     """Draw a picture; equal data give equal bytes.
 
-    A box stands for what the font has not, such as Chinese in a scenario's name.
+    Characters that the font lacks, such as Chinese in a scenario's name, become boxes.
     """
     with style.look(), catch_warnings():
         filterwarnings("ignore", "Glyph .* missing from font")
@@ -40,7 +40,7 @@ def drawn(picture: Picture) -> Drawn:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Find the places of axes and labels once: each saving would else draw everything for that."""
+    """Lay out axes and labels once; otherwise each save would draw everything to do so."""
     engine = figure.get_layout_engine()
     if engine is not None:
         figure.set_dpi(DPI)
@@ -50,7 +50,7 @@ def _lay_out(figure: Figure) -> None:
 
 def _saved(figure: Figure, form: str) -> bytes:
     file = BytesIO()
-    # Whatever is rasterised within an SVG has the resolution of the PNG.
+    # Rasterised parts of an SVG have the resolution of the PNG.
     dated = {"Date": None} if form == "svg" else {}
     figure.savefig(file, format=form, dpi=DPI, metadata=dated)
     return file.getvalue()

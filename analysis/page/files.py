@@ -1,4 +1,4 @@
-"""What an analysis leaves on disk: files that are there whole, or not at all."""
+"""Writes the files of an analysis, each whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.bus.text import utf8
 
 
 def csv_bytes(sheet: Sheet) -> bytes:
-    """A sheet with all its digits, the names of its columns first; nothing where it has None."""
+    """Return a sheet as CSV with all digits, below the names of its columns; None is empty."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     for row in (sheet.columns, *sheet.rows):
@@ -23,10 +23,10 @@ def csv_bytes(sheet: Sheet) -> bytes:
 
 
 def write_whole(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
-    """Write files by name into a folder that exists; their paths.
+    """Write files by name into an existing folder, and return their paths.
 
-    None is put in place before all are written: a disk that is full leaves the folder as it was.
-    Raises OSError.
+    All are written before any is put in place, so a full disk leaves the folder as it was. Raises
+    OSError.
     """
     with TemporaryDirectory(prefix=".zenvoy-", dir=folder) as unfinished:
         for name, content in files.items():

@@ -1,4 +1,4 @@
-"""What happened in a run that its figures must be read with: brakes, switches, outages, losses."""
+"""Lists what happened in a run and explains its figures: brakes, switches, outages, losses."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "incid
 
 _INCIDENTS: Final = {
     pb.EVENT_COLLISION: "collides with the vehicle ahead",
-    pb.EVENT_PROCESS_LOST: "lost",
-    pb.EVENT_PROCESS_BACK: "back",
-    pb.EVENT_SILENT: "no command for too long",
-    pb.EVENT_SILENT_END: "commands again",
+    pb.EVENT_PROCESS_LOST: "process lost:",
+    pb.EVENT_PROCESS_BACK: "process back:",
+    pb.EVENT_SILENT: "sends no commands",
+    pb.EVENT_SILENT_END: "sends commands again",
     pb.EVENT_STOPPED: "the run is stopped",
 }
 
@@ -28,9 +28,9 @@ _UNITS: Final = {"_mps": " m/s", "_m": " m"}
 
 
 class Happening(NamedTuple):
-    """What happened from start_s to end_s, in words; end_s is start_s for what takes no time.
+    """What happened from start_s to end_s, in words; both are equal for what takes no time.
 
-    An end that lies beyond the run is infinite.
+    An end beyond the run is infinite.
     """
 
     kind: Kind
@@ -40,7 +40,7 @@ class Happening(NamedTuple):
 
 
 def happenings(run: Run) -> list[Happening]:
-    """Everything but fallbacks, of which there may be hundreds, in order of time."""
+    """Return everything except fallbacks, of which there may be hundreds, in order of time."""
     last_s = float(run.time_s[-1]) if len(run.time_s) else 0.0
     found = [_disturbance(disturbance) for disturbance in disturbances(run.events)]
     found += [Happening("switch", at_s, at_s, text) for at_s, text in switches(run.events)]
@@ -51,7 +51,7 @@ def happenings(run: Run) -> list[Happening]:
 
 
 def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
-    """When the schedule switched models (s), and to what; not what is in force from the start."""
+    """Return when the schedule switched models (s), and to which, without the initial models."""
     return [
         (event.time_ns * 1e-9, f"switch to {event.text}")
         for event in events
@@ -60,7 +60,7 @@ def switches(events: Sequence[pb.Event]) -> list[tuple[float, str]]:
 
 
 def manoeuvres(scenario: Scenario, last_s: float) -> list[Happening]:
-    """Changes of desired gap, desired speed or gains that begin before `last_s`."""
+    """Return the changes of desired gap, desired speed or gains that begin before `last_s`."""
     found = []
     for switch in scenario.control.schedule:
         if switch.targets and 0.0 < switch.at_s < last_s:
@@ -72,11 +72,11 @@ def manoeuvres(scenario: Scenario, last_s: float) -> list[Happening]:
 
 
 def impairments(scenario: Scenario, last_s: float) -> list[Happening]:
-    """Outages and rules of the channel, as far as they begin before `last_s`."""
+    """Return the outages and rules of the channel that begin before `last_s`."""
     channel = scenario.channel
     scopes: list[tuple[Kind, Outage | Rule, str]] = [
         *(("outage", outage, "outage: no frame gets through") for outage in channel.outages),
-        *(("rule", rule, f"other {_what(rule)}") for rule in channel.rules),
+        *(("rule", rule, f"changed {_changed(rule)}") for rule in channel.rules),
     ]
     return [
         Happening(kind, scope.from_s, _end(scope, last_s), f"{text}{_where(scope)}")
@@ -86,12 +86,12 @@ def impairments(scenario: Scenario, last_s: float) -> list[Happening]:
 
 
 def sentences(found: Sequence[Happening], last_s: float) -> list[str]:
-    """A sentence for each, as a note of a chapter."""
+    """Return a sentence for each, for the notes of a chapter."""
     return [f"{_when(happening, last_s)} {happening.text}." for happening in found]
 
 
 def timeline(run: Run) -> Sheet | None:
-    """A row for each thing that happened; None where nothing did."""
+    """Return a row for each thing that happened; None where nothing did."""
     found = happenings(run)
     if not found:
         return None
@@ -108,8 +108,8 @@ def timeline(run: Run) -> Sheet | None:
             )
             for happening in found
         ),
-        note="In pictures over time, brakes, traces, outages and rules are shaded, and switches "
-        "are dashed lines. What lasts for the whole run is not shaded.",
+        note="Pictures over time shade brakes, traces, outages and rules, and show switches as "
+        "dashed lines. They do not shade what lasts for the whole run.",
     )
 
 
@@ -119,7 +119,7 @@ def _disturbance(of: Disturbance) -> Happening:
 
 
 def _change(name: str, value: float) -> str:
-    """A target with its unit: "desired gap 35 m"."""
+    """Return a target with its unit: "desired gap 35 m"."""
     unit = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), "")
     stem = name.removesuffix("_m").removesuffix("_mps")
     return f"{stem if stem.startswith('k_') else stem.replace('_', ' ')} {value:g}{unit}"
@@ -134,9 +134,10 @@ def _incidents(events: Sequence[pb.Event]) -> Iterator[Happening]:
             yield Happening("incident", at_s, at_s, " ".join(part for part in parts if part))
 
 
-def _what(rule: Rule) -> str:
-    told = {"loss": rule.loss, "latency": rule.latency}
-    return " and ".join(name for name, value in told.items() if value is not None) or "nothing"
+def _changed(rule: Rule) -> str:
+    """Return what a rule of the channel changes: "loss and latency"."""
+    settings = {"loss": rule.loss, "latency": rule.latency}
+    return " and ".join(name for name, value in settings.items() if value is not None) or "nothing"
 
 
 def _where(scope: Outage | Rule) -> str:
@@ -153,7 +154,7 @@ def _where(scope: Outage | Rule) -> str:
 
 
 def _vehicles(chosen: str) -> str:
-    """A set of vehicles as the scenario has it: numbers, or the name of a group."""
+    """Return a set of vehicles in words, from numbers or the name of a group."""
     if chosen.isdigit():
         return f"vehicle {chosen}"
     return f"vehicles {chosen}" if chosen[:1].isdigit() else chosen

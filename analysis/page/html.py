@@ -1,4 +1,4 @@
-"""Sections and drawn pictures as one HTML page that needs nothing beside itself."""
+"""Renders sections and pictures as one HTML page that needs no other file."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from zenvoy.analysis.page.digits import columns
 from zenvoy.analysis.page.drawing import Drawn
 from zenvoy.analysis.page.section import Picture, Section, Sheet
 
-MOST_ROWS: Final = 200  # of a table on the page; its CSV has them all
+MAX_ROWS: Final = 200  # of a table on the page; its CSV has them all
 _CSS_PX_PER_IN: Final = 96
 _HERE: Final = Path(__file__).parent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Page:
-    """What stands on a page. `notes` are what must be known first; `folded` texts open on demand.
+    """The contents of a page.
 
-    `facts` are names with values; `made` says how the page was made, a line each.
+    `facts` are names with values. `notes` hold what a reader must know first. `folded` texts open
+    on demand. `made` says how the page was made, in lines.
     """
 
     title: str
@@ -40,21 +41,21 @@ class Page:
 
 
 def render(page: Page, pictures: Mapping[str, Drawn]) -> str:
-    """The page as HTML, with its pictures by name; every text in it is escaped.
+    """Return the page as HTML, with all texts escaped. `pictures` are the drawn ones by name.
 
     Raises ValueError where two sheets or two pictures share a name.
     """
     _refuse_doubles(page.sections)
-    css = Markup((_HERE / "page.css").read_text(encoding="utf-8"))  # ours alone
+    css = Markup((_HERE / "page.css").read_text(encoding="utf-8"))  # no user's text is in it
     tables, figures = count(1), count(1)
     chapters = [
         {
             "title": section.title,
             "notes": section.notes,
             "tables": [
-                _table(told, next(tables))
+                _table(shown, next(tables))
                 for sheet in section.sheets
-                if (told := sheet.told()) is not None
+                if (shown := sheet.without_empty()) is not None
             ],
             "figures": [
                 _figure(picture, pictures[picture.name], next(figures))
@@ -78,10 +79,11 @@ def _template() -> Template:
 
 
 def _table(sheet: Sheet, number: int) -> dict[str, Any]:
-    shown = columns(sheet, MOST_ROWS)
+    shown = columns(sheet, MAX_ROWS)
     notes = [sheet.note] if sheet.note else []
-    if len(sheet.rows) > MOST_ROWS:
-        notes.append(f"The first {MOST_ROWS} of {len(sheet.rows)} rows; {sheet.name}.csv has all.")
+    if len(sheet.rows) > MAX_ROWS:
+        of = f"{MAX_ROWS} of {len(sheet.rows)} rows"
+        notes.append(f"Only the first {of} are shown; {sheet.name}.csv has all.")
     return {
         "name": sheet.name,
         "number": number,
@@ -93,7 +95,7 @@ def _table(sheet: Sheet, number: int) -> dict[str, Any]:
 
 
 def _figure(picture: Picture, drawn: Drawn, number: int) -> dict[str, Any]:
-    """A figure in the smaller of its two forms; the text beside it need not say all of it again."""
+    """Return a figure in the smaller of its formats; the first sentence is its alternative text."""
     kind, data = min(("svg+xml", drawn.svg), ("png", drawn.png), key=lambda form: len(form[1]))
     first, stop, _ = picture.caption.partition(". ")
     return {
@@ -112,4 +114,4 @@ def _refuse_doubles(sections: Sequence[Section]) -> None:
         names = Counter(thing.name for group in things for thing in group)
         twice = [name for name, times in names.items() if times > 1]
         if twice:
-            raise ValueError(f"more than one of the name {', '.join(twice)}")
+            raise ValueError(f"more than one has the name {', '.join(twice)}")

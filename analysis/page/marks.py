@@ -1,6 +1,6 @@
-"""Shows on a time axis what happened: spans are shaded, switches are dashed lines.
+"""Marks on a time axis what happened: spans are shaded, switches are dashed lines.
 
-On a picture that fills its axes, such as a heat map, shading would change the colours: there the
+In a picture that fills its axes, such as a heat map, shading would change the colours. There the
 spans are bars along the upper edge.
 """
 
@@ -16,7 +16,7 @@ from zenvoy.analysis.page.happenings import Happening
 
 Span = tuple[float, float]
 
-# Colour, opacity and name of what is shaded.
+# Colour, opacity and name of each kind of span.
 _LOOKS: Final = {
     "brake": ("#D55E00", 0.22, "brake"),
     "trace": ("#CC79A7", 0.18, "speed trace"),
@@ -24,17 +24,17 @@ _LOOKS: Final = {
     "outage": ("#F0E442", 0.45, "outage"),
     "rule": ("#009E73", 0.18, "channel rule"),
 }
-_WHOLE: Final = (0.0, 1.0)  # of the height, or the width, of the axes
-_BAR_PT: Final = (1.5, 5.5)  # above their upper edge
+_WHOLE: Final = (0.0, 1.0)  # all of the height, or the width, of the axes
+_BAR_PT: Final = (1.5, 5.5)  # lower and upper edge of a bar, above the axes
 ABOVE_BARS_PT: Final = 9.0
 
 
 def mark(
     axes: Any, found: Sequence[Happening], *, image: bool = False, along: Literal["x", "y"] = "x"
 ) -> None:
-    """Mark what happened within the limits of the axis of time (`along`), which must be final.
+    """Mark what happened within the limits of the time axis (`along`), which must be final.
 
-    `image`: the axes are full; bars stand above them. Everything has a label for the legend.
+    With `image`, spans are bars above the axes. Every mark has a label for the legend.
     """
     low, high = axes.get_xlim() if along == "x" else axes.get_ylim()
     for kind, (colour, opacity, name) in _LOOKS.items():
@@ -72,17 +72,17 @@ def mark(
             **look,
         )
         axes.add_collection(lines, autolim=False)
-        axes.plot([], [], color="black", label="switch", **look)  # white is not seen in a legend
+        axes.plot([], [], color="black", label="switch", **look)  # white is invisible in a legend
 
 
 def _switched(happening: Happening) -> float | None:
-    """When something was switched that takes no time, s."""
+    """Return when a switch, or a manoeuvre without a ramp, happened, s; None for other things."""
     at_once = happening.kind == "manoeuvre" and happening.start_s == happening.end_s
     return happening.start_s if happening.kind == "switch" or at_once else None
 
 
 def united(spans: Sequence[Span]) -> list[Span]:
-    """Spans that overlap or touch as one."""
+    """Join spans that overlap or touch."""
     found: list[Span] = []
     for start, end in sorted(spans):
         if found and start <= found[-1][1]:
@@ -93,7 +93,7 @@ def united(spans: Sequence[Span]) -> list[Span]:
 
 
 def _box(span: Span, across: Span, along: Literal["x", "y"]) -> list[tuple[float, float]]:
-    """Corners of a rectangle: a span of time, and of the height or width of the axes."""
+    """Return the corners of a rectangle: a span of time, and one across it."""
     (start, end), (low, high) = span, across
     corners = [(start, low), (start, high), (end, high), (end, low)]
     return corners if along == "x" else [(across, time) for time, across in corners]
@@ -104,7 +104,7 @@ def _transform(axes: Any, along: Literal["x", "y"]) -> Any:
 
 
 def _over(axes: Any) -> Any:
-    """Times across, points above the upper edge of the axes upwards."""
+    """Return the transform with times on x, and points above the axes on y."""
     points = Affine2D().scale(1.0 / 72.0) + axes.figure.dpi_scale_trans
     top = ScaledTranslation(0.0, 1.0, axes.transAxes)
     return blended_transform_factory(axes.transData, points + top)

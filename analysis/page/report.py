@@ -1,4 +1,4 @@
-"""The report of one run: everything that its log tells, as a page to send to a colleague."""
+"""The report of one run as a page that can be sent to a colleague."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _BUSES: Final = {
 
 
 def report_page(run: Run, sections: tuple[Section, ...]) -> Page:
-    """Everything on the page but the drawn pictures; depends on the log alone, not on its place."""
+    """Return the page without its drawn pictures; it depends only on the log, not on its folder."""
     return Page(
         title=f"{run.name}, seed {run.seed}",
         lead=run.scenario.description,
@@ -34,12 +34,12 @@ def report_page(run: Run, sections: tuple[Section, ...]) -> Page:
 
 
 def made_by(command: str) -> str:
-    """How a page was made; without a date, so that the same log gives the same page."""
+    """Return how a page was made, without a date, so that equal logs give equal pages."""
     return f"Made with: {command}  (Zenvoy {version('zenvoy')}, matplotlib {version('matplotlib')})"
 
 
 def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
-    """What the log says of its run, as names and values."""
+    """Return what the log says about its run, as names and values."""
     versions = [f"{name} {version}" for name, version in versions_of(run.run).items()]
     return (
         ("vehicles", f"{run.vehicles}, {_road(run.scenario)}"),
@@ -50,7 +50,7 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
         ),
         ("duration", _duration(run)),
         ("how it ended", ended(run)),
-        ("fingerprint", run.fingerprint or ("none that holds" if run.result else "not logged")),
+        ("fingerprint", run.fingerprint or ("does not match" if run.result else "not logged")),
         ("run", f"{run.run['run']}: {_BUSES.get(run.run['bus'], run.run['bus'])}"),
         ("speed of the run", _speed(run)),
         ("versions", ", ".join([*versions, f"Python {run.run['python']}"])),
@@ -59,9 +59,9 @@ def facts_of(run: Run) -> tuple[tuple[str, str], ...]:
 
 
 def models(scenario: Scenario) -> str:
-    """The models in force, from when on, and in how many vehicles where not in all.
+    """Return the models of a scenario, with the times of switches, and how many vehicles run each.
 
-    "FM, PBCM from 10 s", or "PBCM (36 vehicles); FM (4 vehicles)".
+    Examples are "FM, PBCM from 10 s" and "PBCM (36 vehicles); FM (4 vehicles)".
     """
     programs = Counter(_program(settings.program) for settings in roster(scenario))
     if len(programs) == 1:
@@ -79,17 +79,17 @@ def _program(phases: Sequence[tuple[int, str]]) -> str:
 
 
 def ended(run: Run) -> str:
-    """How the run ended, as its log says."""
+    """Return how the run ended, according to its log."""
     return run.result.get("end", "not logged")
 
 
 def simulated_s(run: Run) -> float:
-    """Simulated time that the log tells of, s."""
+    """Return the simulated time that the log covers, s."""
     return float(run.time_s[-1]) if len(run.time_s) else 0.0
 
 
 def sentence(note: str) -> str:
-    """A note with a capital at its start and a stop at its end."""
+    """Return a note with a capital letter at its start and a full stop at its end."""
     return note[:1].upper() + note[1:] + ("" if note.endswith((".", "!", "?")) else ".")
 
 

@@ -1,4 +1,4 @@
-"""What an analysis says: tables and pictures under a title, whoever shows them."""
+"""The results of an analysis: tables and pictures under a title, for terminal, page and files."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ Cell = str | int | float | None
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """A table: `name` is the stem of its CSV file; columns carry their units ("gap, m").
+    """A table. `name` is the stem of its CSV file; columns name their units ("gap, m").
 
-    None stands for what does not apply; every row has a cell for each column.
+    Every row has a cell for each column. None stands for what does not apply.
     """
 
     name: str
@@ -23,11 +23,11 @@ class Sheet:
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
 
-    def told(self) -> Sheet | None:
-        """The sheet as people are shown it; its CSV file has every row and column in every run.
+    def without_empty(self) -> Sheet | None:
+        """Return the sheet without empty rows and columns, for people; None where nothing remains.
 
-        Rows and columns that hold None alone, beside what names them, are left out; None where
-        nothing remains.
+        A row or column is empty if it holds only None besides its name. The CSV file keeps them, so
+        that it has the same rows and columns in every run.
         """
         if not self.rows:
             return self
@@ -49,9 +49,9 @@ def _empty(cells: Iterable[Cell]) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """A figure, drawn when asked for: `name` is the stem of its files, `caption` says what it is.
+    """A figure, which is drawn on demand. `name` is the stem of its files.
 
-    The caption tells what is plotted and what to see in it, in full sentences.
+    The caption says in full sentences what is plotted and what to look for.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A chapter of a report. `notes` say what could not be told of this run, and why."""
+    """A chapter of a report. `notes` say what is missing for this run, and why."""
 
     title: str
     sheets: tuple[Sheet, ...] = ()

@@ -1,4 +1,4 @@
-"""How figures look: page width, units on axes, colours that colour-blind readers tell apart."""
+"""The style of figures: page width, legends, axes, and colours that colour-blind people can see."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ TRUE: Final = "#000000"
 MEASURED: Final = "#56B4E9"
 ESTIMATED: Final = "#D55E00"
 THEORY: Final = "#7F7F7F"
-# For what is no model: runs beside each other, vehicles, quantities.
+# For runs, vehicles and quantities, which have no colour of their own.
 CYCLE: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-# Perceptually even, and the same to a colour-blind reader. Bright is fast.
+# Perceptually uniform, also for colour-blind readers. Bright is fast.
 SPEED_MAP: Final = "cividis"
 
 WIDTH_IN: Final = 7.0  # of a page
-_LONG: Final = 30.0
-_IN_A_ROW: Final = 5  # entries of a legend
+_LONG: Final = 30.0  # ratio of the largest to the smallest value that needs a logarithmic axis
+_LEGEND_COLUMNS: Final = 5
 _FONT_PT: Final = 9.0
 _RC: Final[dict[Any, Any]] = {
     "font.size": _FONT_PT,
@@ -43,14 +43,15 @@ _RC: Final[dict[Any, Any]] = {
 
 
 def look() -> AbstractContextManager[None]:
-    """The context in which figures are drawn and saved."""
+    """Return the context in which figures are drawn and saved."""
     return mpl.rc_context(_RC)
 
 
 def plain(text: str) -> str:
-    """A text of the user's for a figure: dollars are dollars, and a legend leaves none out.
+    """Return a user's text so that a figure shows it as it is.
 
-    What is no character stands as its number: the files have no place for it.
+    A dollar does not begin a formula, and a legend does not drop a leading underscore. Control
+    characters, which the files cannot hold, are written as escapes.
     """
     text = "".join(
         sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text
@@ -61,15 +62,15 @@ def plain(text: str) -> str:
 def subplots(
     rows: int = 1, columns: int = 1, *, height_in: float, **options: Any
 ) -> tuple[Figure, Any]:
-    """A figure of page width and its axes: (Figure, Axes or array of Axes)."""
+    """Return a figure of page width and its axes: (Figure, Axes or array of Axes)."""
     with look():
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
         return figure, figure.subplots(rows, columns, **options)
 
 
 def legend(axes: Any, *, above_pt: float = 2.0, **options: Any) -> None:
-    """A legend above the axes, at the right: none ever covers data. No artist, no legend."""
-    handles, labels = _told([axes])
+    """Add a legend at the upper right, above the axes, where it covers no data."""
+    handles, labels = _labelled([axes])
     if handles:
         pad = above_pt / _FONT_PT
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": pad}
@@ -77,27 +78,27 @@ def legend(axes: Any, *, above_pt: float = 2.0, **options: Any) -> None:
 
 
 def figure_legend(figure: Figure, *axes: Any, **options: Any) -> None:
-    """One legend for all these axes, above them; what they share is told once."""
-    handles, labels = _told(axes)
+    """Add one legend above all these axes; labels that they share appear once."""
+    handles, labels = _labelled(axes)
     if handles:
-        columns = min(_IN_A_ROW, len(handles))
+        columns = min(_LEGEND_COLUMNS, len(handles))
         place: dict[str, Any] = {"loc": "outside upper right", "ncols": columns}
         figure.legend(handles, labels, **(place | options))
 
 
-def _told(axes: Iterable[Any]) -> tuple[list[Any], list[str]]:
-    """Artists with labels, the first of each label."""
-    told: dict[str, Any] = {}
+def _labelled(axes: Iterable[Any]) -> tuple[list[Any], list[str]]:
+    """Return the artists that have labels, one for each label."""
+    artists: dict[str, Any] = {}
     for one in axes:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            told.setdefault(label, handle)
-    return list(told.values()), list(told)
+            artists.setdefault(label, handle)
+    return list(artists.values()), list(artists)
 
 
 def plain_log(axis: Any) -> None:
-    """Ticks of a logarithmic axis (an `XAxis` or `YAxis`) written out: 1, 2, 5, 10, …
+    """Label a logarithmic axis (an `XAxis` or `YAxis`) with plain numbers: 1, 2, 5, 10, …
 
-    Over more than three decades 1, 10, 100, …: the limits must be final.
+    An axis of more than three decades gets 1, 10, 100, … The limits must be final.
     """
     low, high = sorted(axis.get_view_interval())
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high <= 1e3 * low else (1.0,)))
@@ -106,7 +107,7 @@ def plain_log(axis: Any) -> None:
 
 
 def whole_numbers(*axes: Any) -> None:
-    """Ticks at integers alone: nobody is vehicle 2.5."""
+    """Put ticks only at integers, as for numbers of vehicles."""
     for axis in axes:
         axis.set_major_locator(
             MaxNLocator("auto", steps=[1, 2, 5, 10], integer=True, min_n_ticks=1)
@@ -114,15 +115,15 @@ def whole_numbers(*axes: Any) -> None:
 
 
 def is_long(low: float, high: float) -> bool:
-    """Whether values from `low` to `high` need a logarithmic axis: see `long_axis`."""
+    """Return whether values from `low` to `high` need a logarithmic axis; see `long_axis`."""
     return 0.0 < _LONG * low < high
 
 
 def long_axis(axes: Any, low: float, high: float) -> None:
-    """Limits of an x-axis of what is 0 or more, and logarithmic where much would lie at its start.
+    """Set the limits of an x-axis for values of 0 and more, and its scale.
 
-    That is where `high`, the largest value, is more than 30 times `low`, the smallest above 0.
-    What is 0 then stands at the left edge.
+    It is logarithmic if `high`, the largest value, is more than 30 times `low`, the smallest above
+    0. Values of 0 are then at the left edge.
     """
     if is_long(low, high):
         axes.set_xscale("log")

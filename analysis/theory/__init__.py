@@ -1,1 +1,1 @@
-"""Linear theory of the control laws, and what it predicts for a run."""
+"""The linear theory of the control laws, and its predictions for a run."""

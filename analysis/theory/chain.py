@@ -1,8 +1,8 @@
-"""Linear theory of a string of vehicles, each under its own law, moved by one of them.
+"""Linear theory of a string of vehicles, each under its own law, driven by one of them.
 
-Vehicle i of the string obeys s² x_i = e^(-sτ_i) [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i];
-the source moves as it likes. Per frequency that is a system of linear equations. Positions and
-speeds have the same ratios.
+Vehicle i obeys s² x_i = e^(-sτ_i) [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i], except for the
+source, whose motion is given. Each frequency gives a system of linear equations. The ratios between
+vehicles are the same for positions and speeds.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from zenvoy.analysis.theory.laws import FM, Complexes, Coupling, Floats
 from zenvoy.analysis.theory.ring import roots
 from zenvoy.scenarios import Gains
 
-_AT_ONCE: Final = 256  # frequencies: a matrix each
-_FASTEST: Final = 10.0  # rad/s: what is faster, no law with sensible gains hands on
+_BATCH: Final = 256  # frequencies that are solved at once, with a matrix each
+_MAX_OMEGA: Final = 10.0  # rad/s; no law with sensible gains transmits faster motion
 
 
 class Member(NamedTuple):
-    """Law and gains of a vehicle, delay of its commands, s. `coupling` None: it keeps its speed."""
+    """Law, gains and command delay (s) of a vehicle. With `coupling` None it keeps its speed."""
 
     coupling: Coupling | None
     gains: Gains
@@ -29,11 +29,10 @@ class Member(NamedTuple):
 
 
 def open_road(members: Sequence[Member]) -> list[Member]:
-    """The string of paper Eq. 3_2: vehicle 1 keeps its speed, vehicle N is under FM.
+    """Return the string of paper Eq. 3_2: vehicle 1 keeps its speed, vehicle N runs FM.
 
-    `members` are vehicles 1..N as they would be on a ring; the laws of the first and the last one
-    do not matter. A vehicle too near an end for all its neighbours counts as many on both sides
-    as there are.
+    `members` are vehicles 1..N as they would be on a ring; the laws of the first and last one are
+    ignored. A vehicle near an end counts as many neighbours on both sides as the shorter side has.
     """
     n = len(members)
     inside = [
@@ -51,17 +50,17 @@ def _at(i: int, n: int, coupling: Coupling | None) -> Coupling | None:
 
 
 def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
-    """The first `room` weights, scaled to the sum of all: those of a smaller m."""
+    """Return the first `room` weights, scaled to the sum of all: the weights of a smaller m."""
     kept = weights[:room]
     share = sum(weights) / sum(kept) if sum(kept) > 0.0 else 0.0
     return tuple(weight * share for weight in kept)
 
 
 def is_stable(members: Sequence[Member]) -> bool:
-    """Whether the string comes to rest by itself, so that frequencies tell of its motion.
+    """Return whether the string comes to rest by itself, so that its frequency response exists.
 
-    Looks where delay bites first: at the fastest of the string's own motions, neighbours swinging
-    against each other, λ = 2 Σ weights; under a law that looks ahead alone all have λ = Σ weights.
+    Delay destabilises the fastest motion first, in which neighbours move against each other. It has
+    λ = 2 Σ weights. Under a law that looks only ahead, all motions have λ = Σ weights.
     """
     for coupling, gains, delay_s in set(members):
         if coupling is None:
@@ -70,7 +69,7 @@ def is_stable(members: Sequence[Member]) -> bool:
         lam = np.array([2.0 * weight if coupling.behind else weight], dtype=np.complex128)
         if roots(lam, gains, delay_s)[0, 0].real > 0.0:
             return False
-        if coupling.behind and gains.k_c < 0.0:  # then long waves grow
+        if coupling.behind and gains.k_c < 0.0:  # long waves grow
             return False
     return True
 
@@ -78,14 +77,15 @@ def is_stable(members: Sequence[Member]) -> bool:
 def frequency_response(
     omega: Floats, members: Sequence[Member], source: int, *, ring: bool
 ) -> Complexes:
-    """Speed of every vehicle over that of vehicle `source` (an index): (F, n), ω (F,) in rad/s.
+    """Return every vehicle's speed over that of the vehicle with index `source`, (F, n).
 
-    `ring`: the last vehicle is ahead of the first. Needs k_d > 0 where ω holds a 0.
+    The frequencies ω (F,) are in rad/s.
+
+    On a `ring` the last vehicle is ahead of the first. k_d must be positive where ω contains 0.
     """
     omega = np.asarray(omega, dtype=np.float64)
     parts = [
-        _solve(omega[k : k + _AT_ONCE], members, source, ring)
-        for k in range(0, len(omega), _AT_ONCE)
+        _solve(omega[k : k + _BATCH], members, source, ring) for k in range(0, len(omega), _BATCH)
     ]
     return np.concatenate(parts)
 
@@ -98,14 +98,14 @@ def follow(
     *,
     ring: bool,
 ) -> Floats:
-    """Deviations of all vehicles' speeds (T, n) that the source's (T,) brings about, m/s.
+    """Return the deviations of all vehicles' speeds (T, n) caused by that of the source (T,), m/s.
 
-    `motion` begins at rest, at 0. The spectrum is taken over three times its length, so that
-    what it sets off has died out before it comes round again.
+    `motion` begins at 0. The spectrum covers three times its length, so that the response has died
+    out before the period of the Fourier transform ends.
     """
     steps = 1 << int(np.ceil(np.log2(3 * len(motion))))
     omega = np.asarray(2.0 * np.pi * np.fft.rfftfreq(steps, period_s), dtype=np.float64)
-    slow = omega <= _FASTEST
+    slow = omega <= _MAX_OMEGA
     spectrum = np.zeros((len(omega), len(members)), dtype=np.complex128)
     response = frequency_response(omega[slow], members, source, ring=ring)
     spectrum[slow] = response * np.fft.rfft(motion, steps)[slow, None]
@@ -134,7 +134,7 @@ def _solve(omega: Floats, members: Sequence[Member], source: int, ring: bool) ->
 
 
 def _neighbours(i: int, n: int, coupling: Coupling, ring: bool) -> list[tuple[int, float]]:
-    """Index and weight of each vehicle that `i` counts."""
+    """Return index and weight of each neighbour that vehicle `i` counts."""
     found = [(i - j, weight) for j, weight in enumerate(coupling.ahead, start=1)]
     found += [(i + j, weight) for j, weight in enumerate(coupling.behind, start=1)]
     if ring:

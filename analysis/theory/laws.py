@@ -1,8 +1,8 @@
-"""Linear theory of the control laws: one vehicle behind another, without and with delay.
+"""Linear theory of the control laws: one vehicle behind another, with and without delay.
 
-Everything is about small deviations from the equilibrium of equal gaps and the desired speed, in
-which the laws are linear. The command is delayed as a whole: with total delay τ the host's
-acceleration at t is what its law says of t - τ.
+The theory covers small deviations from the equilibrium of equal gaps and the desired speed, for
+which the laws are linear. The whole command is delayed: with total delay τ the host's acceleration
+at t is what its law returns for t - τ.
 """
 
 from __future__ import annotations
@@ -20,41 +20,41 @@ Complexes = NDArray[np.complex128]
 
 
 class Coupling(NamedTuple):
-    """How much a law counts its neighbours: `ahead[j - 1]` is the weight of the j-th ahead."""
+    """The weights of a law's neighbours: `ahead[j - 1]` is the weight of the j-th ahead."""
 
     ahead: tuple[float, ...]
     behind: tuple[float, ...]
 
 
 FM: Final = Coupling((1.0,), ())
-BCM: Final = Coupling((1.0,), (1.0,))  # and PBCM, whose prediction takes the delay away
+BCM: Final = Coupling((1.0,), (1.0,))  # also PBCM, whose prediction removes the delay
 
 
 def mbcm(weights: Sequence[float]) -> Coupling:
-    """MBCM with weights c_1 .. c_m, alike on both sides."""
+    """Return MBCM with weights c_1 .. c_m, which are the same on both sides."""
     return Coupling(tuple(weights), tuple(weights))
 
 
 class Peak(NamedTuple):
-    """Largest gain over frequency, and where it is, rad/s (0: nowhere above 1)."""
+    """The largest gain, and its frequency, rad/s (0 where no gain is above 1)."""
 
     gain: float
     omega: float
 
 
 def total_delay_s(control: Control, period_ms: float, *, predicts: bool = False) -> float:
-    """Delay of the commands, s: the wait for V2V, the system's delay, and half a period.
+    """Return the delay of the commands, s: the wait for V2V, the system's delay, and half a period.
 
-    A command holds for a period, so on average what acts is half a period old: a zero-order hold
-    is (1 - exp(-sT)) / sT = exp(-sT/2) · (1 + O((ωT)²)). `predicts`: PBCM foresees the state at
-    which the command takes effect, and only the hold remains.
+    A command holds for a period, so the acting command is half a period old on average. The
+    zero-order hold is (1 - exp(-sT)) / sT = exp(-sT/2) · (1 + O((ωT)²)). A law that `predicts`,
+    such as PBCM, acts on the state at which its command takes effect, so only the hold remains.
     """
     known = 0.0 if predicts else (control.v2v_wait_ms or 0.0) + control.system_delay_ms
     return (known + 0.5 * period_ms) * 1e-3
 
 
 def transfer(omega: Floats, gains: Gains, delay_s: float = 0.0) -> Complexes:
-    """H(jω) of FM (F,), from the speed (or position) of the vehicle ahead to the host's.
+    """Return H(jω) of FM (F,), from the speed (or position) of the vehicle ahead to the host's.
 
     H(s) = (k_v s + k_d) e^(-sτ) / (s² + ((k_v + k_c) s + k_d) e^(-sτ)); ω in rad/s.
     """
@@ -65,15 +65,16 @@ def transfer(omega: Floats, gains: Gains, delay_s: float = 0.0) -> Complexes:
 
 
 def is_string_stable(gains: Gains) -> bool:
-    """Whether FM without delay damps every frequency: κ² + 2 k_v κ ≥ 2 k_d, with κ = k_c."""
+    """Return whether FM without delay damps every frequency: κ² + 2 k_v κ ≥ 2 k_d, with κ = k_c."""
     return gains.k_c**2 + 2.0 * gains.k_v * gains.k_c >= 2.0 * gains.k_d
 
 
 def peak_gain(gains: Gains, delay_s: float = 0.0) -> Peak:
-    """Largest |H(jω)| of FM. Needs k_d > 0, and with a delay that one vehicle alone is stable.
+    """Return the largest |H(jω)| of FM, for k_d > 0.
 
-    Without delay in closed form: |H|² is a ratio of polynomials in u = ω², whose derivative
-    vanishes where k_v² u² + 2 k_d² u + k_d² ((k_v + k_c)² - k_v² - 2 k_d) = 0.
+    With a delay, a single vehicle must be stable. Without delay there is a closed form: |H|² is a
+    ratio of polynomials in u = ω², and its derivative vanishes where
+    k_v² u² + 2 k_d² u + k_d² ((k_v + k_c)² - k_v² - 2 k_d) = 0.
     """
     if delay_s > 0.0:
         return _peak_by_search(gains, delay_s)
@@ -81,16 +82,16 @@ def peak_gain(gains: Gains, delay_s: float = 0.0) -> Peak:
         return Peak(1.0, 0.0)
     k_d, k_v = gains.k_d, gains.k_v
     rest = 2.0 * k_d - gains.k_c**2 - 2.0 * k_v * gains.k_c  # > 0
-    # The positive root, written so that it holds for k_v = 0 too.
+    # This form of the positive root also holds for k_v = 0.
     u = rest / (1.0 + np.sqrt(1.0 + k_v**2 * rest / k_d**2))
     omega = float(np.sqrt(u))
     return Peak(float(abs(transfer(np.array([omega]), gains)[0])), omega)
 
 
 def group_delay_s(omega: float, gains: Gains, delay_s: float = 0.0) -> float:
-    """Time by which FM hands on a wave packet around ω later, s per vehicle: -d arg H / dω.
+    """Return the group delay of FM at ω, s per vehicle: -d arg H / dω.
 
-    At ω = 0 it is k_c / k_d whatever the delay.
+    At ω = 0 it is k_c / k_d for any delay.
     """
     step = 1e-4 * max(omega, np.sqrt(gains.k_d), 1e-3)
     below, above = transfer(np.array([omega - step, omega + step]), gains, delay_s)
@@ -98,7 +99,7 @@ def group_delay_s(omega: float, gains: Gains, delay_s: float = 0.0) -> float:
 
 
 def _peak_by_search(gains: Gains, delay_s: float) -> Peak:
-    """Zoom in on the largest gain, from a grid that is finer than any resonance it may have."""
+    """Zoom in on the largest gain, from a grid that is finer than any resonance."""
     low, high = 0.0, 4.0 * (gains.k_v + gains.k_c + np.sqrt(gains.k_d))  # |H| < 1 above
     for _ in range(6):
         omega = np.linspace(low, high, 2001)

@@ -1,4 +1,4 @@
-"""What linear theory takes from a run: who was under which law, with which gains and delay."""
+"""Derives the input of linear theory from a run: each vehicle's law, gains and delay."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from zenvoy.scenarios import Gains, roster, setpoint_at
 
 Rows = NDArray[np.int64]
 
-_SELDOM: Final = 0.01  # share of the vehicles' time under another law that does not matter
-_STALE: Final = 0.5  # of a period: mean age of the neighbours' data from which it is said
+_SELDOM: Final = 0.01  # share of the vehicles' time under another law that can be ignored
+_STALE: Final = 0.5  # of a period; a larger mean age of the neighbours' data is a caveat
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Theory:
-    """Vehicles as linear theory sees them. `alike`: the one law of all, on a ring.
+    """The vehicles of a run in linear theory.
 
-    `caveats` say in what the run differs from the theory.
+    `alike` is the law and gains of all vehicles, on a ring where they are the same. `caveats` say
+    how the run differs from the theory.
     """
 
     members: tuple[Member, ...]
@@ -34,14 +35,14 @@ class Theory:
 
 
 class NoTheoryError(Exception):
-    """Why linear theory has nothing to say of a run."""
+    """Linear theory does not apply to a run; the text says why."""
 
 
 def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
-    """Theory of the laws in force from low_s to high_s; raises NoTheoryError."""
+    """Return the theory for the laws in force from low_s to high_s; raises NoTheoryError."""
     scenario = run.scenario
     if scenario.control.neighbour_state == "position":
-        raise NoTheoryError("the theory is of radar readings, not of reported positions.")
+        raise NoTheoryError("it covers control by radar readings, not by reported positions.")
     time_s = run.estimate.get("time_ns", np.zeros(0)) * 1e-9
     rows = np.flatnonzero((time_s >= low_s) & (time_s < high_s))
     if not rows.size:
@@ -49,7 +50,7 @@ def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
     modes, seldom = _prevailing(run.estimate["mode"][rows])
     members = [_member(run, v, int(mode), rows) for v, mode in enumerate(modes)]
     if min(member.gains.k_d for member in members) <= 0.0:
-        raise NoTheoryError("k_d is 0: nothing draws the gaps to what they should be.")
+        raise NoTheoryError("k_d is 0, so nothing restores the gaps.")
     ring = scenario.road.type == "ring"
     alike = members[0] if ring and len(set(members)) == 1 else None
     return Theory(
@@ -60,7 +61,7 @@ def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
 
 
 def _prevailing(mode: NDArray[np.uint32]) -> tuple[list[int], float]:
-    """Most frequent mode of each vehicle, and the share of time in which it was another one."""
+    """Return each vehicle's most frequent mode, and the share of time spent in other modes."""
     most = int(mode.max(initial=0)) + 1
     counts = np.stack([np.bincount(column, minlength=most) for column in mode.T])
     return counts.argmax(axis=1).tolist(), 1.0 - float(counts.max(axis=1).sum() / mode.size)
@@ -77,26 +78,24 @@ def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
         gains = Gains(k_d=setpoint.k_d, k_v=setpoint.k_v, k_c=setpoint.k_c)
         return Member(None, gains, delay_s)
     m = 0
-    if law.counts_sides:  # as many as it mostly found; none at the end of a road, where FM acts
+    if law.counts_sides:  # the most frequent m; it is 0 at the end of a road, where FM acts
         m = int(np.bincount(run.estimate["neighbours"][rows, vehicle]).argmax())
         law = law if m else run.laws[pb.MODE_FM]
     given = [phase.parameters for phase in settings.phases if phase.from_ns <= at_ns][-1]
     linear = law.linear_at(scenario.control, given, setpoint, m)
     if linear is None:
-        raise NoTheoryError(
-            f"vehicle {vehicle + 1} was under {law.name}, of which it knows nothing."
-        )
+        raise NoTheoryError(f"vehicle {vehicle + 1} ran {law.name}, which has no linear form.")
     coupling = Coupling(linear.ahead, linear.behind)
     return Member(coupling, Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c), delay_s)
 
 
 def _law(run: Run, vehicle: int, mode: int) -> LoggedLaw | None:
-    """The law behind a mode; None for one that keeps its speed. Raises NoTheoryError."""
+    """Return the law behind a mode; None for constant speed. Raises NoTheoryError."""
     if mode == pb.MODE_CONSTANT_SPEED:
         return None
     law = run.laws.get(mode)
     if law is None:
-        raise NoTheoryError(f"vehicle {vehicle + 1} was in mode {mode}, of which it knows nothing.")
+        raise NoTheoryError(f"vehicle {vehicle + 1} was in mode {mode}, which has no known law.")
     return law
 
 
@@ -104,23 +103,22 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
     caveats = []
     if seldom > _SELDOM:
         caveats.append(
-            f"In {100.0 * seldom:.0f} % of their time vehicles were under another law than most "
-            "of the time; the theory takes the prevailing one of each."
+            f"Vehicles spent {100.0 * seldom:.0f} % of their time under a law other than their "
+            "most frequent one; the theory assumes the most frequent one throughout."
         )
     start_ns, end_ns = (int(run.estimate["time_ns"][row]) for row in (rows[0], rows[-1]))
-    told = [told.targets for told in roster(run.scenario)]
-    if any(
-        not course.is_constant(start_ns, end_ns) for t in told for course in (t.k_d, t.k_v, t.k_c)
-    ):
+    targets = [settings.targets for settings in roster(run.scenario)]
+    gains = [course for t in targets for course in (t.k_d, t.k_v, t.k_c)]
+    if not all(course.is_constant(start_ns, end_ns) for course in gains):
         caveats.append(
-            "The schedule changes gains in that time; the theory takes those at its beginning."
+            "The schedule changes gains during this time; the theory uses the initial ones."
         )
     laws = [law for mode in set(modes) if (law := run.laws.get(mode)) is not None]
     foresee = sorted(law.name for law in laws if law.predicts)
     if foresee and run.scenario.sensors.error > 0.0:
         caveats.append(
-            f"{', '.join(foresee)}: the theory is of a prediction that is right, without the "
-            "filter's own dynamics."
+            f"For {', '.join(foresee)} the theory assumes an exact prediction, and ignores the "
+            "dynamics of the filter."
         )
     age_ns = run.estimate["age_ns"][rows]
     known = age_ns[age_ns >= 0]
@@ -128,6 +126,6 @@ def _caveats(run: Run, rows: Rows, seldom: float, modes: list[int]) -> list[str]
     if two_sided and known.size and known.mean() > _STALE * run.scenario.period_ns:
         caveats.append(
             f"The data of the vehicle behind are {known.mean() * 1e-6:.0f} ms old on average when "
-            "a cycle begins; the theory takes them to be new."
+            "a cycle begins; the theory assumes that they are new."
         )
     return caveats

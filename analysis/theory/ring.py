@@ -1,8 +1,8 @@
 """Linear theory of the ring: how each mode decays or grows, and how fast waves travel.
 
 On the ring a deviation x_i = e^(iθi) e^(st) keeps its shape: mode n of N vehicles has θ = 2πn/N.
-With λ(θ) = Σ_j ahead_j (1 - e^(-iθj)) + Σ_j behind_j (1 - e^(iθj)), for BCM 2 (1 - cos θ), its s
-solves s² + ((k_v λ + k_c) s + k_d λ) e^(-sτ) = 0.
+Its exponent s solves s² + ((k_v λ + k_c) s + k_d λ) e^(-sτ) = 0 with
+λ(θ) = Σ_j ahead_j (1 - e^(-iθj)) + Σ_j behind_j (1 - e^(iθj)), which is 2 (1 - cos θ) for BCM.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ import numpy as np
 from zenvoy.analysis.theory.laws import Complexes, Coupling, Floats
 from zenvoy.scenarios import Gains
 
-_INSTANTS: Final = 17  # of the delay line
+_INSTANTS: Final = 17  # at which the delay line is discretised
 _NEWTON_STEPS: Final = 6
+_ROUNDING: Final = 1e-12  # rad/s; a smaller frequency is a rounding error of 0
 
 
 class Mode(NamedTuple):
-    """Mode `number` of the ring: growth rate (1/s; negative: it decays), frequency (rad/s)."""
+    """Mode `number` of the ring: growth rate (1/s, negative for a decay), frequency (rad/s)."""
 
     number: int
     rate: float
@@ -27,7 +28,7 @@ class Mode(NamedTuple):
 
 
 def eigenvalue(coupling: Coupling, theta: Floats) -> Complexes:
-    """λ(θ), in the shape of `theta`; real for couplings that count both sides alike."""
+    """Return λ(θ) in the shape of `theta`; it is real for symmetric couplings."""
     theta = np.asarray(theta, dtype=np.float64)
     total = np.zeros(theta.shape, dtype=np.complex128)
     for sign, weights in ((-1j, coupling.ahead), (1j, coupling.behind)):
@@ -37,11 +38,11 @@ def eigenvalue(coupling: Coupling, theta: Floats) -> Complexes:
 
 
 def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0) -> Complexes:
-    """The two roots s (2, ...) farthest to the right, those that die out last, in that order.
+    """Return the two roots s (2, ...) with the largest real parts, the slowest to decay first.
 
-    Without delay there are just two. With delay there are infinitely many; the first are found as
-    eigenvalues of the motion of the delay line, by collocation at Chebyshev's points (Breda,
-    Maset and Vermiglio 2005), and brought to full precision by Newton's method.
+    Without delay there are only two. With delay there are infinitely many. The first two are found
+    as eigenvalues of the delay line, by collocation at Chebyshev points (Breda, Maset and Vermiglio
+    2005), and refined to full precision by Newton's method.
     """
     lam = np.asarray(lam, dtype=np.complex128)
     damping, stiffness = gains.k_v * lam + gains.k_c, gains.k_d * lam
@@ -58,54 +59,59 @@ def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0) -> Complexes:
 
 
 def _delay_line(damping: Complexes, stiffness: Complexes, delay_s: float) -> Complexes:
-    """d/dt (K, 2 m, 2 m) of (x, v) at m instants from now back to the delay, a matrix per mode."""
+    """Return the matrices (K, 2 m, 2 m) of d/dt for (x, v) at m past instants, one per mode.
+
+    The instants go from now back to the delay.
+    """
     m = _INSTANTS
-    x = np.cos(np.pi * np.arange(m) / (m - 1))  # from 1, now, to -1
+    x = np.cos(np.pi * np.arange(m) / (m - 1))  # from 1, which is now, to -1
     weight = np.r_[2.0, np.ones(m - 2), 2.0] * (-1.0) ** np.arange(m)
     derivative = np.outer(weight, 1.0 / weight) / (x[:, None] - x[None, :] + np.eye(m))
     derivative -= np.diag(derivative.sum(axis=1))
     line = np.kron(derivative * (2.0 / delay_s), np.eye(2)).astype(np.complex128)
     lines = np.repeat(line[None], len(damping), axis=0)
     lines[:, :2] = 0.0
-    lines[:, 0, 1] = 1.0  # now, x' is v, and v' is what the law says of the far end
+    lines[:, 0, 1] = 1.0  # at the first instant x' = v, and v' is the law at the last instant
     lines[:, 1, -2], lines[:, 1, -1] = -stiffness, -damping
     return lines
 
 
 def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
-    """Roots (2, ...) of s² + linear · s + constant, the one farther right first."""
-    half = np.sqrt(linear * linear / 4.0 - constant + 0j)  # of real part >= 0
+    """Return the roots (2, ...) of s² + linear · s + constant, the one farther right first."""
+    half = np.sqrt(linear * linear / 4.0 - constant + 0j)  # its real part is not negative
     return np.stack([-linear / 2.0 + half, -linear / 2.0 - half])
 
 
 def modes(
     coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0, most: int | None = None
 ) -> list[Mode]:
-    """Modes 1 .. size // 2 (or `most`) of a ring of `size` vehicles, each with its slowest root.
+    """Return modes 1 .. size // 2 (or `most`) of a ring, each with its slowest root.
 
-    The others are their conjugates. Mode 0, all vehicles shifted alike, is no disturbance.
+    The other modes are conjugates of these. Mode 0 shifts all vehicles alike, so it is left out.
     """
     last = size // 2 if most is None else min(most, size // 2)
     numbers = np.arange(1, last + 1)
     lam = eigenvalue(coupling, 2.0 * np.pi * numbers / size)
     slow = roots(lam, gains, delay_s)[0]
+    omega = np.where(np.abs(slow.imag) > _ROUNDING, np.abs(slow.imag), 0.0)
     return [
-        Mode(int(n), float(s.real), float(abs(s.imag))) for n, s in zip(numbers, slow, strict=True)
+        Mode(int(n), float(rate), float(frequency))
+        for n, rate, frequency in zip(numbers, slow.real, omega, strict=True)
     ]
 
 
 def slowest_mode(coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0) -> Mode:
-    """The mode that decays slowest, or grows fastest: it decides when the ring is at rest."""
+    """Return the mode that decays slowest or grows fastest, and so dominates in the end."""
     return max(modes(coupling, gains, size, delay_s), key=lambda mode: mode.rate)
 
 
 def long_wave_speed(coupling: Coupling, gains: Gains) -> float:
-    """Speed of long waves from vehicle to vehicle, backwards, vehicles/s.
+    """Return the speed of long waves from vehicle to vehicle, backwards, vehicles/s.
 
-    Where one side counts more it is kinematic, k_d Σ j (ahead_j - behind_j) / k_c: at rest within
-    a wave, k_c (v - v_des) balances the gap's k_d. Counted alike, waves run both ways at
-    √(k_d Σ j² c_j), as on a chain of springs; k_c damps them (below the θ at which λ k_d =
-    k_c²/4 they only creep). Infinite for k_c = 0 in the first case.
+    If one side has more weight, waves are kinematic: k_c (v - v_des) balances the gap's k_d, and
+    their speed is k_d Σ j (ahead_j - behind_j) / k_c, which is infinite for k_c = 0. If both sides
+    have the same weights, waves run both ways at √(k_d Σ j² c_j), as on a chain of springs. k_c
+    damps them; below the θ at which λ k_d = k_c²/4 they do not oscillate.
     """
     lean = _moment(coupling.ahead, 1) - _moment(coupling.behind, 1)
     if lean != 0.0:
@@ -117,14 +123,15 @@ def long_wave_speed(coupling: Coupling, gains: Gains) -> float:
 def wave_speeds(
     coupling: Coupling, gains: Gains, theta: float, delay_s: float = 0.0
 ) -> tuple[float, float]:
-    """Phase and group velocity of waves of phase θ per vehicle, backwards, vehicles/s.
+    """Return phase and group velocity of waves with phase θ per vehicle, backwards, vehicles/s.
 
-    From the dispersion relation ω(θ) = -Im s of the least damped wave; 0 where it only creeps.
+    They follow from the dispersion relation ω(θ) = -Im s of the least damped wave, and are 0 where
+    it does not oscillate.
     """
     step = 1e-4 * theta
     around = np.array([theta - step, theta, theta + step])
     slow = roots(eigenvalue(coupling, around), gains, delay_s)[0]
-    # Counted alike, waves come in pairs that run both ways; which comes first is chance.
+    # Symmetric couplings have pairs of waves that run both ways, in no fixed order.
     omega = np.abs(slow.imag) if coupling.ahead == coupling.behind else -slow.imag
     return float(omega[1] / theta), float((omega[2] - omega[0]) / (2.0 * step))
 
@@ -134,5 +141,5 @@ def _moment(weights: tuple[float, ...], power: int) -> float:
 
 
 def metres_per_second(vehicles_per_s: float, gap_m: float, speed_mps: float) -> float:
-    """Speed over the road of a wave that runs backwards through vehicles `gap_m` apart."""
+    """Return the speed over the road of a wave that runs backwards through the string, m/s."""
     return speed_mps - vehicles_per_s * gap_m

@@ -1,4 +1,4 @@
-"""Modes of a ring after a disturbance: how fast each dies out, measured and by theory."""
+"""Modes of a ring after a disturbance: how fast each decays, measured and by theory."""
 
 from __future__ import annotations
 
@@ -18,28 +18,31 @@ from zenvoy.analysis.theory.ring import Mode, eigenvalue, modes, roots
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_MOST: Final = 20  # modes: those beyond are gone before they can be measured
-_FALLEN: Final = 0.02  # a mode is followed until it has fallen to this share
-_FEWEST: Final = 20  # rows of a fit
-_DESCRIBED: Final = 0.9  # R² from which a fit is told
-_ABOVE: Final = 3.0  # times what a mode was before the disturbance
+_MAX_MODES: Final = 20  # higher modes decay before they can be measured
+_FOLLOWED: Final = 0.02  # a mode is followed until it has fallen to this share
+_MIN_ROWS: Final = 20  # for a fit
+_MIN_R2: Final = 0.9  # a worse fit is not reported
+_ABOVE_NOISE: Final = 3.0  # times the amplitude before the disturbance
 _BEFORE_S: Final = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeRow:
-    """A mode: amplitude after the disturbance (T,), m, rows of the fit, what it gave, theory."""
+    """A mode of the ring, measured and by theory."""
 
     number: int
     amplitude: Complexes
+    """Amplitude after the disturbance (T,), m."""
     fitted: int
+    """Number of rows of `amplitude` that the fit uses."""
     measured: Decay | None
+    """Result of the fit; None where the mode is too weak or the fit is poor."""
     theory: Mode | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modes:
-    """Modes 1, 2, … of a ring from `time_s` (T,) on; none on an open road, and then a note."""
+    """Modes 1, 2, … of a ring from `time_s` (T,) on; an open road has none, and a note says so."""
 
     time_s: Floats
     rows: tuple[ModeRow, ...]
@@ -49,13 +52,13 @@ class Modes:
 
     @property
     def slowest(self) -> ModeRow | None:
-        """The one that decays slowest: by theory, or else of those that were measured."""
+        """The mode that decays slowest: by theory, or else among those that were measured."""
         by_theory = [(row.theory.rate, row) for row in self.rows if row.theory]
         measured = [(row.measured.rate, row) for row in self.rows if row.measured]
         return max(by_theory or measured, key=lambda pair: pair[0], default=(0.0, None))[1]
 
     def by_theory(self, row: ModeRow) -> Complexes | None:
-        """The amplitude as the two exponents of theory describe it best over the fitted rows."""
+        """Return the amplitude by theory: its two exponents, with weights fitted to the rows."""
         if self.alike is None or self.alike.coupling is None or not row.fitted:
             return None
         _, gains, delay_s = self.alike
@@ -68,7 +71,7 @@ class Modes:
 
 
 def measured_modes(run: Run, case: Disturbed) -> Modes:
-    """Modes from the end of the disturbance on."""
+    """Return the modes from the end of the disturbance on."""
     ring_m = run.scenario.ring_length_m
     alike = case.theory.alike if case.theory else None
     after = case.time_s > case.disturbance.end_s
@@ -76,12 +79,12 @@ def measured_modes(run: Run, case: Disturbed) -> Modes:
     notes: list[str] = []
     rows: list[ModeRow] = []
     if ring_m is None:
-        notes.append("An open road has no modes of its own: only gains and waves are told.")
-    elif len(time_s) < _FEWEST:
-        notes.append("The disturbance lasts as long as the record: no mode is left to itself.")
+        notes.append("An open road has no modes, so only gains and waves are shown.")
+    elif len(time_s) < _MIN_ROWS:
+        notes.append("The disturbance lasts as long as the record, so modes cannot be measured.")
     else:
         if case.theory and not alike:
-            notes.append("Vehicles differ in law or gains: the ring has no modes in closed form.")
+            notes.append("Vehicles differ in law or gains, so there is no theory of the modes.")
         start_s = case.disturbance.start_s
         before = (run.time_s > start_s - _BEFORE_S) & (run.time_s <= start_s)
         position = run.truth["position"]
@@ -97,23 +100,23 @@ def measured_modes(run: Run, case: Disturbed) -> Modes:
 
 def _by_theory(alike: Member | None, n: int) -> Sequence[Mode | None]:
     if alike is None or alike.coupling is None:
-        return [None] * min(n // 2, _MOST)
-    return modes(alike.coupling, alike.gains, n, alike.delay_s, _MOST)
+        return [None] * min(n // 2, _MAX_MODES)
+    return modes(alike.coupling, alike.gains, n, alike.delay_s, _MAX_MODES)
 
 
 def _row(
     parts: tuple[Floats, Floats], ring_m: float, number: int, period_s: float, mode: Mode | None
 ) -> ModeRow:
-    """A mode, from the positions before and after the disturbance."""
+    """Measure a mode from the positions before and after the disturbance."""
     before, after = (mode_amplitude(part, ring_m, number) for part in parts)
-    fitted = lasting(after, _FALLEN)
+    fitted = lasting(after, _FOLLOWED)
     noise = float(np.sqrt(np.mean(np.abs(before) ** 2))) if before.size else 0.0
-    stands_out = float(np.abs(after).max()) >= _ABOVE * noise
-    found = decay(after[:fitted], period_s) if stands_out and fitted >= _FEWEST else None
+    stands_out = float(np.abs(after).max()) >= _ABOVE_NOISE * noise
+    found = decay(after[:fitted], period_s) if stands_out and fitted >= _MIN_ROWS else None
     return ModeRow(
         number=number,
         amplitude=after,
         fitted=fitted,
-        measured=found if found is not None and found.r2 >= _DESCRIBED else None,
+        measured=found if found is not None and found.r2 >= _MIN_R2 else None,
         theory=mode,
     )

@@ -153,7 +153,7 @@ def test_equal_runs_are_said_to_be_equal(folder: Path) -> None:
     twice = compared(folder, "pbcm")[0]
     again = Compared(label="again", run=twice.run, summary=twice.summary)
     page = comparison_page([twice, again])
-    assert page.facts == (("fingerprints", "equal: the logs tell the same, bit for bit"),)
+    assert page.facts == (("fingerprints", "equal: the logs hold the same data, bit for bit"),)
     assert page.notes == ()
     assert sheet([twice, again], "compare-settings").rows == ()
     assert {row[4] for row in sheet([twice, again], "compare-figures").rows} == {0}

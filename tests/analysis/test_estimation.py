@@ -331,9 +331,7 @@ def test_a_run_that_estimates_nothing_says_so(folder: Path) -> None:
     run = load(write_log(folder / "bcm.mcap", PBCM.replace("model: PBCM", "model: BCM")))
     section = estimation_section(run)
     assert (section.sheets, section.pictures) == ((), ())
-    assert section.notes == (
-        "Nothing was estimated: the models of this run act on readings as they are.",
-    )
+    assert section.notes == ("No filter ran: the models of this run act on readings directly.",)
 
 
 def test_a_run_without_a_cycle_says_so(folder: Path) -> None:

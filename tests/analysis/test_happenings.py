@@ -51,7 +51,7 @@ def test_everything_that_happened_is_told_in_order(run: Run) -> None:
     """And nothing that was to happen after the end."""
     assert happenings(run) == [
         Happening("rule", 0.0, math.inf, "other latency from vehicles 2-3"),
-        Happening("rule", 2.0, math.inf, "other loss on the road from 20 m to the end"),
+        Happening("rule", 2.0, math.inf, "changed loss on the road from 20 m to the end"),
         Happening("switch", 3.0, 3.0, "switch to PBCM"),
         Happening(
             "manoeuvre",

@@ -179,7 +179,7 @@ def test_a_chunk_with_a_wrong_byte_is_told(path: Path) -> None:
         (b"", "not an MCAP file"),
         (b"\x89MCAP", "not an MCAP file"),
         (b"speed,gap\n1,2\n" * 50, "not an MCAP file"),
-        (b"\x89MCAP0\r\n", "cut off before it says what it is the log of"),
+        (b"\x89MCAP0\r\n", "cut before the scenario"),
     ],
 )
 def test_what_is_no_log_is_refused(tmp_path: Path, content: bytes, says: str) -> None:
@@ -244,7 +244,7 @@ def test_an_interrupted_run_is_loaded_with_notes(tmp_path: Path, whole: Run) -> 
     path = write_log(tmp_path / "i.mcap", SCENARIO, until_cycle=12, lost="vehicle-03")
     run = load(path)
     assert run.notes == (
-        "lost vehicle-03 at 1.2 s",
+        "process vehicle-03 was lost at 1.2 s",
         "the run was interrupted at 1.2 s of 3 s",
     )
     assert len(run.truth["cycle"]) == 13

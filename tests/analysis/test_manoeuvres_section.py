@@ -48,12 +48,12 @@ def test_true_values_beside_the_desired_ones(tmp_path: Path) -> None:
     ]
     assert [(row["before"], row["after"]) for row in cells[:3]] == [(20, 30), (30, 28), (30, 25)]
     assert cells[3]["after"] == pytest.approx(25 - 10 * 22 / 30)
-    assert cells[0]["true before the next"] == pytest.approx(30.0, abs=0.1)
-    assert cells[1]["true at the end of the change"] == pytest.approx(28.0, abs=0.3)
-    assert cells[2]["true at the end of the change"] == pytest.approx(30.0, abs=0.1)  # at once
+    assert cells[0]["actual before the next"] == pytest.approx(30.0, abs=0.1)
+    assert cells[1]["actual at the end of the change"] == pytest.approx(28.0, abs=0.3)
+    assert cells[2]["actual at the end of the change"] == pytest.approx(30.0, abs=0.1)  # at once
     assert 15.0 < float(str(cells[0]["reached at, s"])) < 30.0
     assert 30.0 < float(str(cells[1]["reached at, s"])) < 34.2
-    assert (cells[3]["true at the end of the change"], cells[3]["reached at, s"]) == (None, None)
+    assert (cells[3]["actual at the end of the change"], cells[3]["reached at, s"]) == (None, None)
     (picture,) = section.pictures
     assert drawn(picture).png
     told = [(h.start_s, h.text) for h in happenings(run) if h.kind == "manoeuvre"]

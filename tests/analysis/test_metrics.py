@@ -7,7 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from zenvoy.analysis.measures.metrics import fit, max_distance, min_distance, telling
+from zenvoy.analysis.measures.metrics import (
+    accuracy,
+    max_distance,
+    meaningful_r2,
+    min_distance,
+)
 from zenvoy.links.distance import gaps
 
 POSITION = np.array([[100.0, 90.0, 60.0, 40.0, 10.0], [105.0, 90.0, 70.0, 50.0, 40.0]])
@@ -45,7 +50,7 @@ def test_equal_spacing_gives_equal_distances_on_the_ring(size: int) -> None:
 
 
 def test_fit_by_hand() -> None:
-    found = fit(np.array([1.0, 2.0, 5.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0]))
+    found = accuracy(np.array([1.0, 2.0, 5.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0]))
     assert found is not None
     assert found.rmse == pytest.approx(1.0)  # √(4/4)
     assert found.r2 == pytest.approx(1.0 - 4.0 / 5.0)
@@ -53,49 +58,51 @@ def test_fit_by_hand() -> None:
 
 def test_fit_of_perfect_values_and_of_the_mean() -> None:
     truth = np.array([[1.0, 2.0], [3.0, 6.0]])
-    perfect = fit(truth, truth)
+    perfect = accuracy(truth, truth)
     assert perfect is not None
     assert perfect[:2] == (0.0, 1.0)
     assert perfect.spread == pytest.approx(np.std(truth))
-    mean = fit(np.full((2, 2), 3.0), truth)
+    mean = accuracy(np.full((2, 2), 3.0), truth)
     assert mean is not None
     assert mean.r2 == pytest.approx(0.0)
 
 
 def test_fit_takes_what_is_known() -> None:
     nan = np.nan
-    assert fit(np.array([nan, 1.0]), np.array([1.0, nan])) is None
-    found = fit(np.array([[nan, 2.0, 9.0], [3.0, 5.0, 7.0]]), np.array([[1, 2, nan], [3, 4, 7.0]]))
+    assert accuracy(np.array([nan, 1.0]), np.array([1.0, nan])) is None
+    found = accuracy(
+        np.array([[nan, 2.0, 9.0], [3.0, 5.0, 7.0]]), np.array([[1, 2, nan], [3, 4, 7.0]])
+    )
     assert found is not None
     assert found.rmse == pytest.approx(0.5)  # of 2 3 4 7: one is wrong by 1
     assert found.r2 == pytest.approx(1.0 - 1.0 / 14.0)
 
 
 def test_r2_means_nothing_where_the_truth_does_not_vary() -> None:
-    found = fit(np.array([29.0, 31.0]), np.array([30.0, 30.0]))
+    found = accuracy(np.array([29.0, 31.0]), np.array([30.0, 30.0]))
     assert found is not None
     assert found.rmse == 1.0
     assert found.spread == 0.0
     assert np.isnan(found.r2)
-    assert telling(found.r2) is None
+    assert meaningful_r2(found.r2) is None
 
 
 def test_r2_below_0_tells_nothing() -> None:
     """Readings of 30 m/s that are wrong by 3 %, of a fleet that is as good as steady."""
     truth = np.array([30.0, 30.01, 29.99, 30.0])
-    found = fit(truth + np.array([0.5, -0.6, 0.7, -0.4]), truth)
+    found = accuracy(truth + np.array([0.5, -0.6, 0.7, -0.4]), truth)
     assert found is not None
     assert found.r2 < -1000.0
-    assert telling(found.r2) is None
+    assert meaningful_r2(found.r2) is None
     assert found.spread < found.rmse
-    assert telling(0.0) == 0.0
-    assert telling(0.98) == 0.98
+    assert meaningful_r2(0.0) == 0.0
+    assert meaningful_r2(0.98) == 0.98
 
 
 @given(st.lists(st.tuples(st.floats(-100, 100), st.floats(-100, 100)), min_size=2, max_size=30))
 def test_fit_agrees_with_numpy(pairs: list[tuple[float, float]]) -> None:
     values, truth = np.array(pairs).T
-    found = fit(values, truth)
+    found = accuracy(values, truth)
     assert found is not None
     assert found.rmse == pytest.approx(np.sqrt(np.mean((values - truth) ** 2)), abs=1e-12)
     if np.var(truth) > 1e-6:

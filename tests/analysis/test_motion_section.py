@@ -110,7 +110,7 @@ def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:
     section = motion_section(paper)
     assert [row[0] for row in section.sheets[1].rows] == [9.0, 30.0]
     assert section.sheets[1].title == "Speeds at the instants that the paper looks at"
-    assert section.notes == ("The run ends before 100 and 300 s: no snapshot there.",)
+    assert section.notes == ("The run ends before 100 and 300 s, so snapshots are missing.",)
     assert instants(paper) == [(9.0, 90), (30.0, 300)]
 
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from tests.pages import read
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.drawing import Drawn, drawn
-from zenvoy.analysis.page.html import MOST_ROWS, Page, render
+from zenvoy.analysis.page.html import MAX_ROWS, Page, render
 from zenvoy.analysis.page.section import Picture, Section, Sheet
 
 NASTY: Final = "<script>alert(\"1\")</script> & 'so' {{ 7 * 7 }} </style> --> http"
@@ -62,7 +62,7 @@ def pictures() -> dict[str, Drawn]:
 def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
     page = read(render(PAGE, pictures))
     assert page.said("h1") == page.said("title") == ["paper/case-15, seed 1"]
-    assert page.said("h2") == ["To be read first", "Contents", "Motion", "Empty"]
+    assert page.said("h2") == ["Read this first", "Contents", "Motion", "Empty"]
     assert page.said("li") == ["the log is cut: read up to 3 s of 6 s"]
     assert page.said("a") == ["Motion", "Empty"]
     assert (page.said("dt"), page.said("dd")) == (["seed", "how it ended"], ["1", "complete"])
@@ -78,7 +78,7 @@ def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
 def test_notes_come_before_anything_else(pictures: dict[str, Drawn]) -> None:
     html = render(PAGE, pictures)
     assert html.index("the log is cut") < html.index("how it ended") < html.index("Table 1")
-    assert "To be read first" not in render(replace(PAGE, notes=()), pictures)
+    assert "Read this first" not in render(replace(PAGE, notes=()), pictures)
 
 
 def test_numbers_stand_at_the_right(pictures: dict[str, Drawn]) -> None:
@@ -125,11 +125,13 @@ def test_a_picture_is_shown_in_its_smaller_form() -> None:
 
 
 def test_a_long_table_says_where_the_rest_is() -> None:
-    rows = tuple((number, number * 0.5) for number in range(1, MOST_ROWS + 101))
+    rows = tuple((number, number * 0.5) for number in range(1, MAX_ROWS + 101))
     sheet = Sheet(name="long", title="Long", columns=("vehicle", "x, m"), rows=rows)
     page = read(render(Page(title="t", sections=(Section(title="s", sheets=(sheet,)),)), {}))
-    assert len(page.said("td")) == MOST_ROWS
-    assert page.said("p") == [f"The first {MOST_ROWS} of {MOST_ROWS + 100} rows; long.csv has all."]
+    assert len(page.said("td")) == MAX_ROWS
+    assert page.said("p") == [
+        f"Only the first {MAX_ROWS} of {MAX_ROWS + 100} rows are shown; long.csv has all."
+    ]
 
 
 def test_names_that_would_fall_together_are_refused(pictures: dict[str, Drawn]) -> None:

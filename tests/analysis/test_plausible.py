@@ -14,4 +14,4 @@ def test_a_command_that_never_came_in_real_time_is_no_damage() -> None:
 
 def test_a_truth_that_is_missing_is_damage() -> None:
     table = {"speed": np.array([[30.0, np.nan]])}
-    assert fleet_fault("/fleet/truth", table, 2) == "speed holds what is no number of a run"
+    assert fleet_fault("/fleet/truth", table, 2) == "speed holds a number that no run can produce"

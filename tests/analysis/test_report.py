@@ -146,7 +146,10 @@ def test_the_terminal_tells_it_within_its_width(outcome: Outcome) -> None:
 
 @pytest.mark.parametrize(
     ("lost", "said"),
-    [("", "the run was interrupted at 5 s of 12 s"), ("vehicle-03", "lost vehicle-03 at 5 s")],
+    [
+        ("", "the run was interrupted at 5 s of 12 s"),
+        ("vehicle-03", "process vehicle-03 was lost at 5 s"),
+    ],
 )
 def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, said: str) -> None:
     write_log(tmp_path / "run.mcap", SCENARIO, until_cycle=50, lost=lost)
@@ -156,7 +159,7 @@ def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, said: s
     html = (tmp_path / "run-analysis" / "report.html").read_text()
     notes = read(html).said("li")
     assert any(said.lower() in note.lower() for note in notes)
-    assert html.index("To be read first") < html.index("fingerprint")
+    assert html.index("Read this first") < html.index("fingerprint")
 
 
 def test_a_log_that_is_cut_is_told_up_to_the_cut(tmp_path: Path) -> None:

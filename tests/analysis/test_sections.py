@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from zenvoy.analysis.page.section import Section, Sheet
-from zenvoy.cli.sections import MOST_ROWS, print_section
+from zenvoy.cli.sections import MAX_ROWS, print_section
 
 WIDE: Final = Sheet(
     name="wide",
@@ -66,12 +66,12 @@ def test_titles_are_told_whole() -> None:
 
 
 def test_a_long_table_says_where_the_rest_is() -> None:
-    rows = tuple((number, 0.5) for number in range(1, MOST_ROWS + 11))
+    rows = tuple((number, 0.5) for number in range(1, MAX_ROWS + 11))
     sheet = Sheet(name="long", title="Long.", columns=("vehicle", "x, m"), rows=rows)
     text = printed(Section(title="C", sheets=(sheet,)), 80)
-    assert f"The first {MOST_ROWS} of {MOST_ROWS + 10} rows; long.csv has them all." in text
-    assert f"\n{' ' * 5}{MOST_ROWS} " in text
-    assert f" {MOST_ROWS + 1} " not in text
+    assert f"Only the first {MAX_ROWS} of {MAX_ROWS + 10} rows are shown; long.csv has all." in text
+    assert f"\n{' ' * 5}{MAX_ROWS} " in text
+    assert f" {MAX_ROWS + 1} " not in text
 
 
 def test_a_table_of_nothing_is_a_head_alone() -> None:
@@ -86,11 +86,11 @@ def test_rows_and_columns_of_nothing_are_left_out() -> None:
         columns=("figure", "unit", "measured", "theory"),
         rows=(("a", "m", 1.0, None), ("b", "m", None, None), ("c", "", "yes", None)),
     )
-    told = sheet.told()
+    told = sheet.without_empty()
     assert told is not None
     assert told.columns == ("figure", "unit", "measured")
     assert told.rows == (("a", "m", 1.0), ("c", "", "yes"))
     nothing = Sheet(name="s", title="S", columns=("figure", "value"), rows=(("a", None),))
-    assert nothing.told() is None
+    assert nothing.without_empty() is None
     empty = Sheet(name="s", title="S", columns=("figure", "value"), rows=(), note="None differ.")
-    assert empty.told() == empty
+    assert empty.without_empty() == empty

@@ -54,7 +54,7 @@ def test_follows_a_dip_and_measures_its_speed() -> None:
     at = [3.0, 5.02, 7.04, 9.06, 11.08, 13.1]
     deviation = bumps(time, at, [5.0, 4.0, 3.0, 2.0, 1.0, 0.2])
     found = arrivals(time, deviation, np.arange(6), 0.5, 10.0)
-    assert found.behind.tolist() == [0, 1, 2, 3, 4]  # the sixth is too shallow
+    assert found.steps.tolist() == [0, 1, 2, 3, 4]  # the sixth is too shallow
     np.testing.assert_allclose(found.time_s, at[:5], atol=2e-3)
     assert wave_speed(found) == pytest.approx(1.0 / 2.02, rel=2e-3)
 
@@ -64,7 +64,7 @@ def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
     time = np.arange(0.0, 30.0, 0.1)
     at = [5.0, 5.6, 5.6, 5.3, 6.4]
     found = arrivals(time, bumps(time, at, [4.0] * 5), np.arange(5), 0.5, 10.0)
-    assert found.behind.tolist() == [0, 1, 2, 3, 4]
+    assert found.steps.tolist() == [0, 1, 2, 3, 4]
     np.testing.assert_allclose(found.time_s, at, atol=2e-3)
 
 
@@ -73,7 +73,7 @@ def test_a_wave_is_lost_after_two_without_a_dip() -> None:
     deviation = bumps(time, [5.0, 6.0, 7.0, 8.0, 9.0, 30.0], [4.0] * 6)
     deviation[:, 2:5] = -0.2 * time[:, None]
     found = arrivals(time, deviation, np.arange(6), 0.5, 8.0)
-    assert found.behind.tolist() == [0, 1]
+    assert found.steps.tolist() == [0, 1]
 
 
 def test_dips_that_are_in_no_order_have_no_speed() -> None:
@@ -90,7 +90,7 @@ def test_one_without_a_dip_does_not_hide_those_behind_it() -> None:
     deviation = bumps(time, [5.0, 6.0, 7.0, 8.0], [4.0] * 4)
     deviation[:, 2] = -0.2 * time  # slower and slower
     found = arrivals(time, deviation, np.arange(4), 0.5, 5.0)
-    assert found.behind.tolist() == [0, 1, 3]
+    assert found.steps.tolist() == [0, 1, 3]
     np.testing.assert_allclose(found.time_s, [5.0, 6.0, 8.0], atol=2e-3)
 
 

@@ -65,9 +65,7 @@ def test_fm_behind_a_braking(tmp_path: Path) -> None:
     assert gains == sorted(gains)  # it is not string-stable
     steps = [float(row[7] or 0.0) for row in vehicles[1:]]
     assert math.prod(steps) == pytest.approx(gains[-1])
-    assert section.notes == (
-        "An open road has no modes of its own: only gains and waves are told.",
-    )
+    assert section.notes == ("An open road has no modes, so only gains and waves are shown.",)
     expected = {"stability-gains", "stability-frequency", "stability-wave"}
     assert pictures(section) == expected
 
@@ -103,20 +101,20 @@ def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
     section = told(tmp_path, "duration_s: 5\nfleet: {size: 4}\n")
     assert not section.sheets
     assert section.notes == (
-        "No vehicle was disturbed: of gains, waves and modes there is nothing to measure.",
+        "No vehicle was disturbed, so there are no gains, waves or modes to measure.",
     )
 
 
 def test_nothing_of_a_record_that_is_too_short(tmp_path: Path) -> None:
     section = told(tmp_path, "duration_s: 3\nfleet: {size: 4}\n" + BRAKE)
-    assert section.notes == ("Too little is left after the disturbance to tell what became of it.",)
+    assert section.notes == ("Too little time is left after the disturbance to analyse it.",)
 
 
 def test_leaves_out_what_comes_after_a_crash(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
     section = told(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
-    assert any("left out: a collision of vehicle 3" in note for note in section.notes)
+    assert any("left out because of a collision of vehicle 3" in note for note in section.notes)
     assert sheet(section, "stability-vehicles").rows
 
 
@@ -149,7 +147,7 @@ def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
     assert [row[0] for row in vehicles] == [1, 2, 3, 4, 5]
     assert vehicles[-1][2] == pytest.approx(longest[3])
     assert section.notes[0].startswith("At times some vehicle stands")
-    assert f"What follows is of {longest[0]:g} s to {longest[1]:g} s." in section.notes[1]
+    assert f"This chapter covers {longest[0]:g} s to {longest[1]:g} s." in section.notes[1]
     assert pictures(section) == {"stability-gains"}
 
 
@@ -160,7 +158,7 @@ def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -
         "control: {model: BCM, desired_speed_mps: 10}\n"
         "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 9, deceleration_mps2: 1.2}]\n",
     )
-    assert "What follows is of 11" in section.notes[1]
+    assert "This chapter covers 11" in section.notes[1]
     assert sheet(section, "stability-vehicles").rows
     assert "stability-modes" in pictures(section)
     assert "stability-wave" not in pictures(section)
@@ -174,7 +172,7 @@ def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
         "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 3, deceleration_mps2: 2}]\n",
     )
     assert not section.sheets
-    assert "What lies between lasts for less than 10 s." in section.notes[0]
+    assert "No linear stretch lasts for 10 s or more." in section.notes[0]
 
 
 def test_says_what_left_too_little(tmp_path: Path) -> None:
@@ -191,9 +189,13 @@ def test_leaves_out_what_comes_after_a_switch_or_another_disturbance(tmp_path: P
     )
     control = "control: {model: BCM, schedule: [{at_s: 15, model: FM}]}\n"
     both = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + events)
-    assert any("after 12 s is left out: the disturbance of vehicle 4" in n for n in both.notes)
+    assert any(
+        "after 12 s is left out because of the disturbance of vehicle 4" in n for n in both.notes
+    )
     switch = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + BRAKE)
-    assert any("after 15 s is left out: the switch to FM" in note for note in switch.notes)
+    assert any(
+        "after 15 s is left out because of the switch to FM" in note for note in switch.notes
+    )
 
 
 def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> None:
@@ -202,7 +204,7 @@ def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> 
         QUIET + "duration_s: 30\ncontrol: {model: BCM}\n"
         "fleet: {size: 6, groups: [{name: old, vehicles: 4, model: FM}]}\n" + BRAKE,
     )
-    assert any("no modes in closed form" in note for note in section.notes)
+    assert any("no theory of the modes" in note for note in section.notes)
     modes = sheet(section, "stability-modes").rows
     assert all(row[2] is None for row in modes)
     assert any(row[1] is not None for row in modes)
@@ -212,8 +214,8 @@ def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("control", "why"),
     [
-        ("model: CACC", "under CACC, of which it knows nothing"),
-        ("model: BCM, neighbour_state: position", "not of reported positions"),
+        ("model: CACC", "ran CACC, which has no linear form"),
+        ("model: BCM, neighbour_state: position", "not by reported positions"),
         ("model: BCM, gains: {k_d: 0, k_v: 0.5, k_c: 0.1}", "k_d is 0"),
     ],
 )
@@ -232,9 +234,9 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
         "channel: {loss: {p: 0.3}}\n" + BRAKE,
     )
     notes = "\n".join(section.notes)
-    assert "already scatter by" in notes
-    assert "without the filter's own dynamics" in notes
-    assert "under another law than most of the time" in notes
+    assert "scatter by" in notes
+    assert "ignores the dynamics of the filter" in notes
+    assert "under a law other than their most frequent one" in notes
     late = told(
         tmp_path,
         QUIET + "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: BCM, v2v_wait_ms: 0}\n" + BRAKE,
@@ -245,11 +247,11 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
 def test_vehicles_that_swing_by_themselves(tmp_path: Path) -> None:
     control = "control: {model: BCM, gains: {k_d: 0.1, k_v: 3, k_c: 0.05}}\n"
     section = told(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
-    assert any("swing by themselves" in note for note in section.notes)
+    assert any("the fleet is unstable" in note for note in section.notes)
 
 
 def test_more_vehicles_than_matrices_are_solved_for(tmp_path: Path) -> None:
     scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
     section = told(tmp_path, QUIET + scenario + BRAKE)
-    assert "More than 150 vehicles: no theory of each of them." in section.notes
+    assert "Theory by vehicle is left out for more than 150 vehicles." in section.notes
     assert len(sheet(section, "stability-vehicles").rows) == 151

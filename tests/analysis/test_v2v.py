@@ -269,7 +269,7 @@ def test_ages_agree_with_their_definition(frames: Table) -> None:
     known = found.cycles[found.cycles >= 0]
     assert found.of(everyone).sum() == known.size
     assert (found.of(everyone) * np.arange(len(found.of(everyone)))).sum() == known.sum()
-    assert found.unheard(everyone) == found.cycles.size - known.size
+    assert found.before_first(everyone) == found.cycles.size - known.size
     for column, mean in enumerate(found.mean()):
         of_link = found.cycles[found.cycles[:, column] >= 0, column]
         assert np.isnan(mean) if not of_link.size else mean == pytest.approx(of_link.mean())
@@ -338,7 +338,7 @@ def test_independent_losses_come_as_the_geometric_law_says(section: Section) -> 
 
 def test_the_ages_of_the_section(run: Run, section: Section) -> None:
     table = sheet(section, "v2v-age")
-    assert column(table, "of what") == ["vehicle ahead", "vehicle behind", "all in range"]
+    assert column(table, "data of") == ["vehicle ahead", "vehicle behind", "all in range"]
     assert column(table, "links") == [8, 8, 56]
     behind = run.estimate["age_ns"][run.estimate["age_ns"] >= 0] * 1e-6
     row = dict(zip(table.columns, table.rows[1], strict=True))
@@ -395,8 +395,8 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
             ("ieee80211p", "p: 0"),
             {"v2v-delivery", "v2v-distance", "v2v-latency", "v2v-age"},
             (
-                "Every decision had the frames of its own cycle: no information aged.",
-                "No frame was lost: there are no bursts of losses.",
+                "Every decision had the frames of its own cycle, so all ages are 0.",
+                "No frame was lost, so there are no bursts of losses.",
             ),
         ),
         (
@@ -425,10 +425,10 @@ def test_channels_without_loss_without_delivery_and_of_short_range(
 
 def test_a_run_without_frames_says_so(folder: Path) -> None:
     found = v2v_section(load(write_log(folder / "none.mcap", LTE, until_cycle=0)))
-    assert found.notes == ("There are no frames to look at: none was logged.",)
+    assert found.notes == ("No frame was logged, so there is nothing to show.",)
     apart = LTE.replace("lte-a-pro", "5g-mmwave").replace("size: 8", "size: 3, gap_m: 200")
     far = v2v_section(load(write_log(folder / "far.mcap", apart.replace("_s: 40", "_s: 2"))))
-    assert far.notes == ("There are no frames to look at: no frame was in range of a receiver.",)
+    assert far.notes == ("No frame was in range of a receiver, so there is nothing to show.",)
     assert (far.sheets, far.pictures) == ((), ())
 
 

@@ -227,7 +227,7 @@ def cut(done: tuple[Path, Outcome], tmp_path: Path) -> Callable[[float], Path]:
 def test_a_log_cut_before_it_says_what_it_is_is_refused(
     cut: Callable[[float], Path], of: str
 ) -> None:
-    assert_refused(zenvoy(cut(0.01), of, "cut.mcap"), "cut.mcap: cut off before it says what")
+    assert_refused(zenvoy(cut(0.01), of, "cut.mcap"), "cut.mcap: cut before the scenario")
 
 
 @pytest.mark.parametrize("part", [0.5, 0.999])
