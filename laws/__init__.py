@@ -1,4 +1,4 @@
-"""How a vehicle decides: the record of a law, and the laws that come with Zenvoy."""
+"""The control laws of vehicles: the record of a law, and the laws that come with Zenvoy."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Choices and roots that serve floats and arrays alike, with the same bits.
+"""Choices and roots that work on floats and arrays, with the same bits.
 
 A law runs on floats in a vehicle's process, and on arrays over seeds and vehicles in studies. An
-`if` on an array is an error; these functions take either. Sums and products need no help. The last
-bit of a transcendental function depends on the processor, so there is none here.
+`if` on an array is an error, so these functions replace it. Sums and products work on both already.
+Transcendental functions are missing, as their last bit depends on the processor.
 """
 
 from __future__ import annotations

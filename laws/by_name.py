@@ -1,10 +1,10 @@
-"""Laws by name: of the library, of an installed package, or of a file beside a scenario.
+"""Finds laws by name: in the library, in an installed package, or in a file beside a scenario.
 
-Code is found in three ways: `name` is a law of the library or an entry point `zenvoy.laws`;
-`module:attribute` is a module beside the scenario, or else an installed one; `file.py:attribute`
-is a file beside the scenario. A hash of its source, and of the modules beside it that it imports,
-is added to the reference. So a reference stands for one law and no other: two runs of different
-sources never look alike.
+A reference takes one of three forms: `name` is a law of the library or an entry point
+`zenvoy.laws`; `module:attribute` is in a module beside the scenario, or else in an installed one;
+`file.py:attribute` is in a file beside the scenario. A hash of the source, and of the modules
+beside it that it imports, is added to the reference, so that runs of different sources have
+different references.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from zenvoy.laws.table import bring, builtin
 
 
 class Kind(NamedTuple):
-    """What is looked for: its record, the group of its entry points, and names that are taken."""
+    """What to look for: the type of record, its group of entry points, and the reserved names."""
 
     record: type[Law] | type[Estimator]
     group: str
@@ -37,10 +37,10 @@ ESTIMATORS: Final = Kind(Estimator, "zenvoy.estimators", lambda: ("kalman", "ekf
 def resolve(
     reference: str, folder: Path | None, kind: Kind = LAWS, *, allow_code: bool = False
 ) -> str:
-    """Make what a reference stands for known here, and return the reference with the source's hash.
+    """Load the law of a reference, and return the reference with the hash of the source.
 
-    `folder` is that of the scenario; without one, only installed code is found. Code elsewhere is
-    not run unless `allow_code`. Raises UnknownLawError.
+    `folder` is the folder of the scenario; without it, only installed code is found. Code elsewhere
+    is not run unless `allow_code`. Raises UnknownLawError.
     """
     base, _, digest = reference.partition("#")
     if base in kind.taken():
@@ -50,7 +50,7 @@ def resolve(
     code = code_of(module, folder, digest, allow_code=allow_code)
     law = _record_in(code, attribute, kind)
     if law.name in kind.taken():
-        raise UnknownLawError(f"its name {law.name} is taken by one of Zenvoy's own")
+        raise UnknownLawError(f"its name {law.name} is already that of one of Zenvoy's own")
     full = f"{target}#{code.digest}"
     if isinstance(law, Law) and not law.version:
         law = replace(law, version=code.version)
@@ -77,11 +77,11 @@ def _record_in(code: Code, attribute: str, kind: Kind) -> Law | Estimator:
     name_of = kind.record.__name__
     there = vars(code.module).items()
     laws = sorted(name for name, value in there if isinstance(value, kind.record))
-    what = "has no" if found is None else f"has a value that is no {name_of},"
+    what = "has no" if found is None else f"has a value that is not a {name_of},"
     allowed = f"; allowed: {', '.join(laws)}" if laws else f"; it has no {name_of} at all"
     raise UnknownLawError(f"{code.path.name} {what} {attribute}{allowed}")
 
 
 def has_entry_point(name: str, kind: Kind = LAWS) -> bool:
-    """Return whether an installed package offers one of that name."""
+    """Return whether an installed package has an entry point of that name."""
     return any(point.name == name for point in entry_points(group=kind.group))

@@ -17,9 +17,10 @@ class UnknownLawError(Exception):
 
 
 class LawError(Exception):
-    """A law raised, or returned what is no acceleration; says which law, and where in its file.
+    """A law raised, or returned something that is not an acceleration.
 
-    `process` is the name of the vehicle's process, once it is known.
+    The text names the law, and the line in its file. `process` is the name of the vehicle's
+    process, once it is known.
     """
 
     process: str = ""
@@ -28,7 +29,7 @@ class LawError(Exception):
 def raised(name: str, code: object, error: BaseException) -> LawError:
     """Return what to say of an error that came out of a law: its kind, and the law's own line.
 
-    `name` says what the code is, such as "law IDM"; `code` is its function or class.
+    `name` describes the code, such as "law IDM"; `code` is its function or class.
     """
     file, line = deepest(error.__traceback__, {_file(code)})
     place = f" ({Path(file).name}, line {line})" if line else ""
@@ -36,7 +37,7 @@ def raised(name: str, code: object, error: BaseException) -> LawError:
 
 
 def useless(name: str, code: object, what: str) -> LawError:
-    """Return what to say of a law that returns what is of no use, with the place of the law."""
+    """Return the error for a law whose result cannot be used, with the line of the law."""
     first = getattr(getattr(code, "__code__", None), "co_firstlineno", None)
     place = f" ({Path(_file(code)).name}, line {first})" if first is not None else ""
     return LawError(f"{name} {what}{place}")
@@ -97,5 +98,5 @@ def errors_of_the_code(wrapped: Callable[[BaseException], Exception]) -> Iterato
 def _file(code: Any) -> str:
     try:
         return inspect.getfile(code)
-    except (TypeError, OSError):  # it is of no file, such as what is built in
+    except (TypeError, OSError):  # built-in code has no file
         return ""

@@ -1,4 +1,4 @@
-"""The record of an estimator: the filter of a link, and of a vehicle's own speed."""
+"""The record of an estimator, which filters links and a vehicle's own speed."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Moments = tuple[Array, Array]
 class LinearModel(NamedTuple):
     """x' = F x + B a + w: F (n, n), B (n, 1) and Q (n, n), the covariance of w.
 
-    For a link x = [gap, relative speed] in m and m/s, and a is the relative acceleration, m/s²; for
-    the own speed x = [v]. What is read is x itself.
+    For a link x = [gap, relative speed] in m and m/s, and a is the relative acceleration, m/s². For
+    the own speed x = [v]. Sensors read x itself.
     """
 
     F: Array
@@ -29,12 +29,12 @@ class LinearModel(NamedTuple):
 
 
 class Tracker(Protocol):
-    """A filter that runs, from a first reading on."""
+    """A running filter, which has had its first reading."""
 
     def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
-        """Predict a period with each acceleration (m/s²), then take in a reading z (n,).
+        """Predict one period for each acceleration (m/s²), then update with a reading z (n,).
 
-        There is more than one input where readings were missed. R (n, n) is the covariance of z.
+        There are several inputs after readings were missed. R (n, n) is the covariance of z.
         """
 
 
@@ -42,8 +42,8 @@ class Tracker(Protocol):
 class Estimator:
     """An estimator, which `estimator.kind` names.
 
-    start: from the model, the first reading z (n,), its covariance R (n, n) and the parameters, it
-    makes a Tracker. parameters: a frozen dataclass with defaults; its annotations say what
+    start: makes a Tracker from the model, the first reading z (n,), its covariance R (n, n) and the
+    parameters. parameters: a frozen dataclass with defaults; its annotations define what
     `estimator.parameters` may hold.
     """
 

@@ -1,4 +1,4 @@
-"""The record of a control law: everything that the rest of Zenvoy asks about it."""
+"""The record of a control law, which holds everything that the rest of Zenvoy needs to know."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SILENT: Final = Motion(NAN, NAN)
 
 
 class Setpoint(NamedTuple):
-    """What the scenario wants of a vehicle now.
+    """The gains and targets that the scenario sets for a vehicle now.
 
     Gains k_d (s⁻²), k_v and k_c (s⁻¹), desired gap p_des from front to front (m), desired speed
     v_des (m/s). The schedule may change each of them.
@@ -28,7 +28,7 @@ class Setpoint(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """What a law decides on, at one decision.
+    """The input of a law for one decision.
 
     speed: own speed, m/s. ahead, behind: states of the links to the vehicle ahead and to the one
     behind. sides: for j = 1..m, the states to the j-th vehicle ahead and to the j-th behind, each
@@ -37,7 +37,7 @@ class Observation(NamedTuple):
     period_s: the time from one decision to the next, s. uniform: `uniform(k)` is the k-th random
     number in [0, 1) of this vehicle and cycle; it depends on the seed and on nothing else.
 
-    Only what the law declares in `needs` is there; everything else is NaN or empty.
+    Only what the law declares in `needs` is filled in; everything else is NaN or empty.
     """
 
     speed: Number
@@ -53,7 +53,7 @@ class Observation(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What a law returns if it has more to say than an acceleration (m/s²).
+    """The result of a law that returns more than an acceleration (m/s²).
 
     logged: a number for each of the law's columns. state: its state at the next decision.
     """
@@ -67,10 +67,10 @@ class Output(NamedTuple):
 class Needs:
     """What a law needs to decide; where it is missing or too old, the vehicle falls back to FM.
 
-    behind: the link to the vehicle behind, which only V2V tells. sides: how many vehicles on each
-    side, as a number or as the name of the parameter that says it. predecessor, leader: what these
-    report of their motion. prediction: links and own speed are estimated by filters, and predicted
-    to the instant at which the command takes effect. The link ahead is always there.
+    behind: the link to the vehicle behind, which is known only by V2V. sides: the number of
+    vehicles on each side, or the name of the parameter that holds it. predecessor, leader: the
+    motion that these report. prediction: filters estimate links and own speed, and predict them to
+    the instant at which the command takes effect. The link ahead is always available.
     """
 
     behind: bool = False
@@ -81,7 +81,7 @@ class Needs:
 
 
 class Linear(NamedTuple):
-    """A law near its equilibrium: Σ_j w_j (k_d Δp_j + k_v Δv_j) - k_c v over its neighbours.
+    """A law linearised at its equilibrium: Σ_j w_j (k_d Δp_j + k_v Δv_j) - k_c v over neighbours.
 
     ahead, behind: weights of the neighbours on each side, nearest first. Gains in s⁻², s⁻¹, s⁻¹.
     """
@@ -109,14 +109,14 @@ class NoParameters:
 class Law:
     """A control law, by which a vehicle decides.
 
-    name: as a scenario, a log and a report call it. acceleration: the law itself, a function of an
+    name: its name in scenarios, logs and reports. acceleration: the law itself, a function of an
     Observation and of its parameters that returns an acceleration in m/s², or an Output. It reads
-    no clock and no global state. parameters: a frozen dataclass with defaults; its annotations say
-    what `control.parameters` may hold. section: the section of `control` that holds them instead.
-    mode: its number in a log; None where the run gives it one. colour: of its curves, `#RRGGBB`.
-    linear: the law near its equilibrium, from its parameters, the setpoint and the number of
-    vehicles found on each side; None where linear theory has nothing to say. keeps_gap: whether it
-    looks at the desired gap. version: of the package that it comes in; "" for a file.
+    no clock and no global state. parameters: a frozen dataclass with defaults; its annotations
+    define what `control.parameters` may hold. section: the section of `control` that holds them
+    instead. mode: its number in a log; None where the run assigns one. colour: the colour of its
+    curves, `#RRGGBB`. linear: returns the law linearised at its equilibrium, from its parameters,
+    the setpoint and the number of vehicles found on each side; None where this is not known.
+    keeps_gap: whether it uses the desired gap. version: the version of its package; "" for a file.
     """
 
     name: str
@@ -133,7 +133,7 @@ class Law:
     version: str = ""
 
     def sides(self, parameters: Any) -> int:
-        """Return how many vehicles on each side count."""
+        """Return how many vehicles on each side the law uses."""
         sides = self.needs.sides
         return int(getattr(parameters, sides)) if isinstance(sides, str) else sides
 
@@ -142,5 +142,5 @@ class Law:
         return self.needs.behind or self.needs.sides != 0
 
     def smallest_ring(self, parameters: Any) -> int:
-        """Return how many vehicles a ring needs, so that nobody is ahead and behind at once."""
+        """Return how many vehicles a ring needs, so that none is ahead and behind at once."""
         return 2 * max(self.sides(parameters), int(self.needs.behind)) + 1

@@ -1,4 +1,4 @@
-"""Parameters of a law or an estimator, checked against the annotations of their dataclass."""
+"""Checks parameters of a law or an estimator against the annotations of their dataclass."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=Tr
 
 @cache
 def model_of(parameters: type) -> type[BaseModel]:
-    """Return a pydantic model with the fields of a dataclass, strict and finite."""
+    """Return a strict pydantic model with the fields of a dataclass; numbers must be finite."""
     hints = get_type_hints(parameters, include_extras=True)
     described: dict[str, Any] = {}
     for one in fields(parameters):
@@ -26,7 +26,7 @@ def model_of(parameters: type) -> type[BaseModel]:
 
 
 def parameters_of(parameters: type, values: Mapping[str, Any]) -> Any:
-    """Return parameters of a type from values; raises pydantic.ValidationError."""
+    """Return parameters of a type with the given values; raises pydantic.ValidationError."""
     checked = model_of(parameters).model_validate(dict(values))
     names = model_of(parameters).model_fields
     return parameters(**{name: getattr(checked, name) for name in names})

@@ -1,15 +1,15 @@
-"""How vehicles move relative to each other, and what they say of themselves."""
+"""The relative motion of two vehicles, and the motion that a vehicle reports."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 Number = Any
-"""A float, or an array of floats (seeds, vehicles): a law serves both."""
+"""A float, or an array of floats (seeds, vehicles); a law accepts both."""
 
 
 class Relative(NamedTuple):
-    """p = p_(i,i-1) = p_{i-1} - p_i > 0 in m; v its rate of change in m/s (paper Eq. 3)."""
+    """The gap p = p_(i,i-1) = p_{i-1} - p_i > 0 (m) and its rate of change v (m/s; paper Eq. 3)."""
 
     p: Number
     v: Number

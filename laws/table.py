@@ -1,4 +1,4 @@
-"""The laws by name: those of the library, and those that a scenario has brought along."""
+"""The laws by name: those of the library, and those that a scenario has loaded."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ def builtin() -> Mapping[str, Law]:
 
 
 def bring(reference: str, law: Law | Estimator) -> None:
-    """Make a law or an estimator known by its reference, here and in forked processes."""
+    """Register a law or an estimator by its reference, here and in forked processes."""
     _brought[reference] = law
 
 
 def find(reference: str) -> Law | None:
-    """Return the law of a name or reference; None where no code of it is known here."""
+    """Return the law of a name or reference; None where it is not registered here."""
     law = builtin().get(reference) or _brought.get(reference)
     return law if isinstance(law, Law) else None
 
 
 def law_of(reference: str) -> Law:
-    """Return the law of a reference that is known here; raises KeyError."""
+    """Return the law of a registered reference; raises KeyError for others."""
     law = find(reference)
     if law is None:
         raise KeyError(reference)
@@ -46,7 +46,7 @@ def law_of(reference: str) -> Law:
 
 
 def estimator_of(reference: str) -> Estimator:
-    """Return the estimator of a reference that is known here; raises KeyError."""
+    """Return the estimator of a registered reference; raises KeyError for others."""
     estimator = _brought.get(reference)
     if not isinstance(estimator, Estimator):
         raise KeyError(reference)

@@ -1,1 +1,1 @@
-"""The paper's evaluation from many runs: evidence, claims, tables and pictures."""
+"""Evaluates the paper's claims from many runs: evidence, claims, tables and pictures."""

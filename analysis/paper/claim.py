@@ -1,7 +1,7 @@
-"""What a claim of the paper is, and what an answer to it is.
+"""A claim of the paper, and the answer to it.
 
-A verdict is worked out from the figures by rules, never put down by hand. What a claim says is in
-our words; its figures are the paper's.
+Rules compute a verdict from the figures; it is never written by hand. The text of a claim is in our
+words, its figures are the paper's.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ Verdict = Literal[
     "confirmed", "stronger", "weaker", "not confirmed", "contradicts itself", "not tested"
 ]
 
-LOUD: Final = Pair(0.10, 0.1)
-QUIET: Final = Pair(0.03, 0.1)
+LARGE_ERROR: Final = Pair(0.10, 0.1)
+SMALL_ERROR: Final = Pair(0.03, 0.1)
 BILATERAL: Final = ("BCM", "MBCM", "PBCM")
 END_S: Final = (400.0, 500.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """Our figures, the verdict, and its reason."""
+    """An answer to a claim: our figures, the verdict, and its reason."""
 
     ours: str
     verdict: Verdict
@@ -33,7 +33,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """Where the paper says it, what it says, how long the runs must be for it (s), the answer."""
+    """A claim: where the paper makes it, its text, the run time that it needs (s), the answer."""
 
     where: str
     says: str
@@ -42,7 +42,7 @@ class Claim:
 
 
 def claim(where: str, says: str, needs_s: float) -> Callable[[Callable[[Evidence], Answer]], Claim]:
-    """Makes a claim of the function that answers it."""
+    """Return a decorator that turns the function that answers a claim into the claim."""
 
     def made(answer: Callable[[Evidence], Answer]) -> Claim:
         return Claim(where=where, says=says, needs_s=needs_s, answer=answer)

@@ -1,4 +1,4 @@
-"""The claims of the paper's evaluation, in its order, and their answers."""
+"""The claims of the paper's evaluation in the paper's order, and their answers."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CASES: Final = tuple(case(model, pair) for model in MODELS for pair in PAIRS)
 
 
 def answers(evidence: Evidence) -> list[tuple[Claim, Answer]]:
-    """Every claim and its answer; runs that are too short for a claim leave it untested."""
+    """Return every claim and its answer; a claim that needs longer runs is not tested."""
     return [(claim, _answer(claim, evidence)) for claim in CLAIMS]
 
 

@@ -1,4 +1,4 @@
-"""Section IV: what it concludes."""
+"""The claim of the conclusion of Section IV."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def best_everywhere(evidence: Evidence) -> Answer:
 
 
 def _is_best(evidence: Evidence, road: str, pair: Pair) -> bool:
-    """Whether PBCM's MinDistance and spread are clear of those of each other model."""
+    """Return whether PBCM's MinDistance and spread are better than those of each other model."""
     pbcm = evidence.over(road + case("PBCM", pair), _after_100)
     spread = evidence.over(road + case("PBCM", pair), _spread_after_100)
     others = [road + case(model, pair) for model in MODELS[:3]]

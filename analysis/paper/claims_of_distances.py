@@ -1,4 +1,4 @@
-"""Section IV-C: the smallest distances."""
+"""The claims of Section IV-C on the smallest distances."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.measures.statistics import Mean, mean_of
-from zenvoy.analysis.paper.claim import BILATERAL, END_S, LOUD, QUIET, Answer, claim
+from zenvoy.analysis.paper.claim import BILATERAL, END_S, LARGE_ERROR, SMALL_ERROR, Answer, claim
 from zenvoy.analysis.paper.evidence import (
     PAIRS,
     Evidence,
@@ -20,7 +20,9 @@ from zenvoy.analysis.paper.evidence import (
 
 
 def _dip(evidence: Evidence, model: str) -> Mean:
-    return evidence.over(case(model, LOUD), lambda run: lowest(run, "min_distance", 10.0, 45.0))
+    return evidence.over(
+        case(model, LARGE_ERROR), lambda run: lowest(run, "min_distance", 10.0, 45.0)
+    )
 
 
 @claim(
@@ -30,7 +32,9 @@ def _dip(evidence: Evidence, model: str) -> Mean:
 )
 def dip_of_pbcm(evidence: Evidence) -> Answer:
     dip = _dip(evidence, "PBCM")
-    before = evidence.over(case("PBCM", LOUD), lambda run: settled(run, "min_distance", 5.0, 10.0))
+    before = evidence.over(
+        case("PBCM", LARGE_ERROR), lambda run: settled(run, "min_distance", 5.0, 10.0)
+    )
     near = abs(dip.mean - 33.0) <= 1.0 and abs(before.mean - 35.0) <= 1.0
     return Answer(
         ours=f"from {before.text()} to {dip.text(2, 'm')}",
@@ -66,7 +70,9 @@ def dips_of_the_others(evidence: Evidence) -> Answer:
 )
 def settles(evidence: Evidence) -> Answer:
     ends = {
-        model: evidence.over(case(model, LOUD), lambda run: settled(run, "min_distance", *END_S))
+        model: evidence.over(
+            case(model, LARGE_ERROR), lambda run: settled(run, "min_distance", *END_S)
+        )
         for model in BILATERAL
     }
     order = ends["PBCM"].above(ends["MBCM"]) and ends["PBCM"].above(ends["BCM"])
@@ -91,11 +97,11 @@ def settles(evidence: Evidence) -> Answer:
 )
 def insensitive_to_error(evidence: Evidence) -> Answer:
     def change(model: str) -> Mean:
-        quiet, loud = (
+        small, large = (
             [settled(run, "min_distance", *END_S) for run in evidence[case(model, pair)]]
-            for pair in (QUIET, LOUD)
+            for pair in (SMALL_ERROR, LARGE_ERROR)
         )
-        return mean_of([b - a for a, b in zip(quiet, loud, strict=True)])
+        return mean_of([b - a for a, b in zip(small, large, strict=True)])
 
     changes = {model: change(model) for model in BILATERAL}
     figures = ", ".join(f"{model} {value.text()}" for model, value in changes.items())
@@ -193,7 +199,7 @@ def recovery_of_the_others(evidence: Evidence) -> Answer:
     needs_s=500,
 )
 def mbcm_against_itself(evidence: Evidence) -> Answer:
-    label = case("MBCM", LOUD)
+    label = case("MBCM", LARGE_ERROR)
     before = evidence.over(label, lambda run: settled(run, "min_distance", 5.0, 10.0))
     end = evidence.over(label, lambda run: settled(run, "min_distance", *END_S))
     return Answer(

@@ -1,4 +1,4 @@
-"""Section IV-B: what estimation does to errors."""
+"""The claims of Section IV-B on the errors of estimates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.analysis.measures.statistics import Mean
 from zenvoy.analysis.paper.claim import Answer, claim
 from zenvoy.analysis.paper.evidence import Evidence, agreed
 
-# Table VI: R² and RMSE of measured, then of estimated values, m/s.
+# Table VI: R² and RMSE (m/s) of measured values, then of estimated values.
 TABLE_6: Final = {
     "13": ((0.75, 1.25), (0.98, 0.47)),
     "14": ((0.73, 1.18), (0.97, 0.44)),

@@ -1,11 +1,11 @@
-"""Section IV-C: the largest distances."""
+"""The claims of Section IV-C on the largest distances."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from zenvoy.analysis.measures.statistics import Mean
-from zenvoy.analysis.paper.claim import BILATERAL, END_S, LOUD, QUIET, Answer, claim
+from zenvoy.analysis.paper.claim import BILATERAL, END_S, LARGE_ERROR, SMALL_ERROR, Answer, claim
 from zenvoy.analysis.paper.evidence import Evidence, case, recovery_s, settled
 
 
@@ -16,7 +16,9 @@ from zenvoy.analysis.paper.evidence import Evidence, case, recovery_s, settled
 )
 def max_distance(evidence: Evidence) -> Answer:
     ends = {
-        model: evidence.over(case(model, LOUD), lambda run: settled(run, "max_distance", *END_S))
+        model: evidence.over(
+            case(model, LARGE_ERROR), lambda run: settled(run, "max_distance", *END_S)
+        )
         for model in BILATERAL
     }
     best = all(ends[model].above(ends["PBCM"]) for model in ("BCM", "MBCM"))
@@ -36,7 +38,7 @@ def max_distance(evidence: Evidence) -> Answer:
 )
 def mbcm_faster(evidence: Evidence) -> Answer:
     def back_s(model: str) -> Mean:
-        return evidence.over(case(model, QUIET), recovery_s)
+        return evidence.over(case(model, SMALL_ERROR), recovery_s)
 
     bcm, mbcm = back_s("BCM"), back_s("MBCM")
     return Answer(

@@ -1,11 +1,11 @@
-"""Sections II to IV: the law for the speed, and the speeds of the fleet."""
+"""The claims of Sections II to IV on the control of speed, and on the speeds of the fleet."""
 
 from __future__ import annotations
 
 from typing import Final
 
 from zenvoy.analysis.measures.statistics import Mean, mean_of
-from zenvoy.analysis.paper.claim import BILATERAL, END_S, LOUD, Answer, claim
+from zenvoy.analysis.paper.claim import BILATERAL, END_S, LARGE_ERROR, Answer, claim
 from zenvoy.analysis.paper.evidence import Evidence, at, case, settled
 
 
@@ -32,7 +32,7 @@ def sign(evidence: Evidence) -> Answer:
     needs_s=9,
 )
 def even_start(evidence: Evidence) -> Answer:
-    labels = [case(model, LOUD) for model in ("FM", "BCM", "PBCM")]
+    labels = [case(model, LARGE_ERROR) for model in ("FM", "BCM", "PBCM")]
     spread = mean_of([run.snapshots[0].std() for label in labels for run in evidence[label]])
     mean = mean_of([run.snapshots[0].mean() for label in labels for run in evidence[label]])
     return Answer(
@@ -50,8 +50,10 @@ def even_start(evidence: Evidence) -> Answer:
     needs_s=30,
 )
 def jam_at_30(evidence: Evidence) -> Answer:
-    slowest = evidence.over(case("FM", LOUD), lambda run: float(run.snapshots[1].min()))
-    nearby = evidence.over(case("FM", LOUD), lambda run: float(run.snapshots[1][5:10].mean()))
+    slowest = evidence.over(case("FM", LARGE_ERROR), lambda run: float(run.snapshots[1].min()))
+    nearby = evidence.over(
+        case("FM", LARGE_ERROR), lambda run: float(run.snapshots[1][5:10].mean())
+    )
     return Answer(
         ours=f"mean of vehicles 6 to 10 {nearby.text(1, 'm/s')}; slowest of all"
         f" {slowest.text(1, 'm/s')}",
@@ -69,7 +71,7 @@ def jam_at_30(evidence: Evidence) -> Answer:
     needs_s=300,
 )
 def collapse(evidence: Evidence) -> Answer:
-    label = case("FM", LOUD)
+    label = case("FM", LARGE_ERROR)
 
     def standing(at_s: str) -> Mean:
         return evidence.over(label, lambda run: run.facts["standing"][at_s])
@@ -93,7 +95,7 @@ def collapse(evidence: Evidence) -> Answer:
 )
 def spread_at_100(evidence: Evidence) -> Answer:
     bcm, mbcm, pbcm = (
-        evidence.over(case(model, LOUD), lambda run: at(run, "spread", 100.0))
+        evidence.over(case(model, LARGE_ERROR), lambda run: at(run, "spread", 100.0))
         for model in BILATERAL
     )
     holds = bcm.above(pbcm)
@@ -113,7 +115,7 @@ def spread_at_100(evidence: Evidence) -> Answer:
 )
 def final_speeds(evidence: Evidence) -> Answer:
     bcm, mbcm, pbcm = (
-        evidence.over(case(model, LOUD), lambda run: settled(run, "mean_speed", *END_S))
+        evidence.over(case(model, LARGE_ERROR), lambda run: settled(run, "mean_speed", *END_S))
         for model in BILATERAL
     )
     ours = f"BCM {bcm.text()}, MBCM {mbcm.text()}, PBCM {pbcm.text(2, 'm/s')}"

@@ -1,4 +1,4 @@
-"""How bilateral control degrades with the channel: tables and a figure from digests."""
+"""Shows how bilateral control degrades with the channel: a table and a figure from digests."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MODELS: Final = ("BCM", "MBCM", "PBCM")
 
 
 class Impairment(NamedTuple):
-    """What is made worse: its key, its name with the unit, its levels, whether on a log axis."""
+    """A property of the channel that is made worse: key, title with unit, levels, kind of axis."""
 
     key: str
     title: str
@@ -34,9 +34,9 @@ IMPAIRMENTS: Final = (
 
 
 class Point(NamedTuple):
-    """A point of the figure: what was made worse, how far, the model, and whether it may fall back.
+    """A point of the figure: an impairment, its level, the model, and whether fallback is allowed.
 
-    A vehicle that falls back runs FM on its radar while what it has heard is older than the limit.
+    A vehicle that falls back runs FM on its radar while its V2V data are older than the limit.
     """
 
     impairment: str
@@ -46,7 +46,7 @@ class Point(NamedTuple):
 
 
 class Quantity(NamedTuple):
-    """A figure of a run, with its name and unit."""
+    """A figure of a run, and its title with the unit."""
 
     title: str
     of: Callable[[Digest], float]
@@ -63,7 +63,7 @@ QUANTITIES: Final = (
 
 
 def sheet(runs: Mapping[Point, Sequence[Digest]]) -> Sheet:
-    """A row per point: means over seeds with their 95 % intervals."""
+    """Return a row per point: means over seeds with their 95 % intervals."""
     rows = []
     for point, of_seeds in runs.items():
         means = [mean_of([quantity.of(run) for run in of_seeds]) for quantity in QUANTITIES]
@@ -100,13 +100,13 @@ def sheet(runs: Mapping[Point, Sequence[Digest]]) -> Sheet:
 
 
 def _half(mean: Mean) -> float | None:
-    """Half the interval; None for a single seed."""
+    """Return half the width of the interval; None for a single seed."""
     half = 0.5 * (mean.high - mean.low)
     return None if np.isnan(half) else half
 
 
 def picture(runs: Mapping[Point, Sequence[Digest]], caption: str) -> Picture:
-    """MinDistance and spread of speed against each impairment."""
+    """Return the picture of MinDistance and spread of speed against each impairment."""
     return Picture(name="degradation", caption=caption, draw=lambda: _draw(runs))
 
 
@@ -124,7 +124,7 @@ def _draw(runs: Mapping[Point, Sequence[Digest]]) -> Figure:
                     _line(axis, impairment, means, style, model, label)
             if impairment.logarithmic:
                 axis.set_xscale("log")
-        axes[row, 0].set_ylim(bottom=0.0)  # intervals may reach below, neither quantity does
+        axes[row, 0].set_ylim(bottom=0.0)  # intervals may reach below 0, but no quantity does
     for axis, impairment in zip(axes[-1], IMPAIRMENTS, strict=True):
         axis.set_xlabel(impairment.title)
     figure_legend(figure, axes[0, 0], ncols=3)

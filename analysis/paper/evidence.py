@@ -1,4 +1,4 @@
-"""What was measured for the paper's evaluation: digests by case and seed, and means over seeds."""
+"""The evidence for the paper's evaluation: digests by case and seed, and means over seeds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Pair(NamedTuple):
 
     @property
     def title(self) -> str:
-        """As figures and tables name it."""
+        """Text for figures and tables."""
         return f"error {self.error * 100:g} %, delay {self.delay_s:g} s"
 
 
@@ -34,13 +34,13 @@ PAIRS: Final = tuple(Pair(*both) for both in product((0.03, 0.10), (0.1, 0.2)))
 
 
 def case(model: str, pair: Pair) -> str:
-    """Number of the paper's case, as its scenario is called: "07"."""
+    """Return the number of the paper's case, as in the name of its scenario: "07"."""
     return f"{4 * MODELS.index(model) + PAIRS.index(pair) + 1:02}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
-    """Runs by what was run ("07" for the paper's cases), each in order of seed."""
+    """Runs by label ("07" for the paper's cases), each in order of seed."""
 
     runs: Mapping[str, tuple[Digest, ...]]
 
@@ -48,45 +48,45 @@ class Evidence:
         return self.runs[label]
 
     def over(self, label: str, figure: Callable[[Digest], float]) -> Mean:
-        """Mean over the seeds of `label` of a figure of each run."""
+        """Return the mean of a figure over the seeds of `label`."""
         return mean_of([figure(run) for run in self.runs[label]])
 
     def series(self, label: str, name: str) -> Floats:
-        """A column of the digests, (seeds, T)."""
+        """Return a column of the digests, (seeds, T)."""
         return np.stack([getattr(run, name) for run in self.runs[label]])
 
 
 def settled(run: Digest, name: str, from_s: float, to_s: float) -> float:
-    """Mean over a span of time of a column of a digest, NaN where the run has nothing there."""
+    """Return the mean of a digest's column over a span of time; NaN where the run has no rows."""
     within = (run.time_s > from_s - 1e-9) & (run.time_s < to_s + 1e-9)
     values = getattr(run, name)[within]
     return float(values.mean()) if values.size else float("nan")
 
 
 def lowest(run: Digest, name: str, from_s: float, to_s: float) -> float:
-    """Smallest value over a span of time, NaN where the run has nothing there."""
+    """Return the smallest value over a span of time; NaN where the run has no rows."""
     within = (run.time_s > from_s - 1e-9) & (run.time_s < to_s + 1e-9)
     values = getattr(run, name)[within]
     return float(values.min()) if values.size else float("nan")
 
 
 def at(run: Digest, name: str, time_s: float) -> float:
-    """Value at an instant, NaN where the run was over by then."""
+    """Return the value at an instant; NaN where the run had ended."""
     row = int(np.searchsorted(run.time_s, time_s - 1e-9))
     return float(getattr(run, name)[row]) if row < len(run.time_s) else float("nan")
 
 
 def agreed(run: Digest, what: str, name: str, span: str = "whole") -> float:
-    """How well `what` ("measured_speed") agrees with the truth, NaN where there was none."""
+    """Return how well `what` ("measured_speed") agrees with the truth; NaN where it is missing."""
     fit = run.facts["fit"][span][what]
     return float("nan") if fit is None else float(fit[name])
 
 
 def recovery_s(run: Digest, brake_s: float = 10.0, span_s: float = 5.0) -> float:
-    """How long after the braking MinDistance is back, for good, where it was before; s.
+    """Return how long after the braking MinDistance recovers for good, s; NaN where it never does.
 
-    Back means: its mean over the last `span_s` is within 0.5 m of the mean over the `span_s`
-    before the braking or above, and stays there. NaN where it never is.
+    It has recovered when its mean over the last `span_s` is at most 0.5 m below the mean over the
+    `span_s` before the braking, and stays there.
     """
     width = max(1, round(span_s / float(run.time_s[1] - run.time_s[0])))
     smooth = np.convolve(run.min_distance, np.full(width, 1.0 / width), mode="valid")

@@ -1,4 +1,4 @@
-"""The paper's figures, from what was measured."""
+"""Draws the paper's figures from the evidence."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from zenvoy.analysis.paper.evidence import PAIRS, Evidence, Pair, case, settled
 
 Floats = NDArray[np.float64]
 
-_LOUD: Final = Pair(0.10, 0.1)  # cases 3, 7, 11, 15, of which the paper shows most
+_LARGE_ERROR: Final = Pair(0.10, 0.1)  # cases 3, 7, 11, 15, which the paper shows most often
 _BILATERAL: Final = ("BCM", "MBCM", "PBCM")
 _EQUAL_GAP_M: Final = 37.5
-_STEP: Final = 5  # rows of a digest from one point of a line to the next
+_STEP: Final = 5  # every fifth row of a digest is drawn
 
 
 def error_reduction(evidence: Evidence) -> Figure:
-    """Fig. k_1 to k_4: what BCM acts on, the readings, and what PBCM acts on, the estimates."""
+    """Draw Fig. k_1 to k_4: the readings that BCM acts on, and the estimates that PBCM acts on."""
     figure, axes = subplots(2, 2, height_in=5.0, sharex=True, sharey="row")
-    bcm, pbcm = evidence[case("BCM", _LOUD)][0], evidence[case("PBCM", _LOUD)][0]
+    bcm, pbcm = evidence[case("BCM", _LARGE_ERROR)][0], evidence[case("PBCM", _LARGE_ERROR)][0]
     vehicle = pbcm.facts["vehicle"]
     names = ("speed, m/s", "gap ahead, m")
     for row, (first, name) in enumerate(zip((0, 3), names, strict=True)):
@@ -57,11 +57,11 @@ def _pair(axes: Any, run: Digest, true: int, other: int, colour: str, name: str)
 
 
 def snapshots(evidence: Evidence) -> Figure:
-    """Speed of every vehicle at 9, 30, 100 and 300 s (10 %, 0.1 s)."""
+    """Draw the speed of every vehicle at 9, 30, 100 and 300 s (10 %, 0.1 s)."""
     figure, axes = subplots(2, 2, height_in=4.8, sharex=True, sharey=True)
     for row, at_s, place in zip(range(4), PAPER_S, axes.flat, strict=True):
         for model in ("FM", *_BILATERAL):
-            speed = evidence[case(model, _LOUD)][0].snapshots[row]
+            speed = evidence[case(model, _LARGE_ERROR)][0].snapshots[row]
             vehicles = np.arange(1, len(speed) + 1)
             place.plot(vehicles, speed, ".-", ms=3, lw=0.8, color=MODEL_COLOURS[model], label=model)
         place.set_title(f"{at_s:g} s")
@@ -75,14 +75,14 @@ def snapshots(evidence: Evidence) -> Figure:
 
 
 def heat_maps(evidence: Evidence) -> Figure:
-    """Speed, vehicle by time, of PBCM, MBCM, BCM and FM (10 %, 0.1 s).
+    """Draw speed over time and vehicle for PBCM, MBCM, BCM and FM (10 %, 0.1 s).
 
-    FM has a scale of its own: on it the others would be of one colour.
+    FM has its own scale, on which the other models would have a single colour.
     """
     figure, axes = subplots(4, 1, height_in=7.6, sharex=True)
     spans = {"PBCM": (28.0, 32.0), "MBCM": (28.0, 32.0), "BCM": (28.0, 32.0), "FM": (0.0, 60.0)}
     for place, (model, (low, high)) in zip(axes, spans.items(), strict=True):
-        run = evidence[case(model, _LOUD)][0]
+        run = evidence[case(model, _LARGE_ERROR)][0]
         n = run.speed.shape[1]
         image = place.imshow(
             run.speed.T,
@@ -94,10 +94,10 @@ def heat_maps(evidence: Evidence) -> Figure:
             vmax=high,
             interpolation="none",
         )
-        place.set_title(f"{model}, case {int(case(model, _LOUD))}")
+        place.set_title(f"{model}, case {int(case(model, _LARGE_ERROR))}")
         place.set_ylabel("vehicle")
         place.grid(visible=False)
-        if model in {"BCM", "FM"}:  # the last of those that share a scale
+        if model in {"BCM", "FM"}:  # the last model on each scale
             of = axes[:3] if model == "BCM" else axes[3:]
             figure.colorbar(
                 image, ax=list(of), label="speed, m/s", extend="both", aspect=12 * len(of)
@@ -107,7 +107,7 @@ def heat_maps(evidence: Evidence) -> Figure:
 
 
 def min_distances(evidence: Evidence) -> Figure:
-    """MinDistance over time, mean over the seeds, for each pair of error and delay."""
+    """Draw MinDistance over time, as mean over the seeds, for each pair of error and delay."""
     figure, axes = subplots(2, 2, height_in=5.2, sharex=True, sharey=True)
     for pair, place in zip(PAIRS, (axes[0, 0], axes[1, 0], axes[0, 1], axes[1, 1]), strict=True):
         _means(place, evidence, pair, "min_distance")
@@ -132,7 +132,7 @@ def _means(axes: Any, evidence: Evidence, pair: Pair, name: str) -> None:
 
 
 def min_distance_bars(evidence: Evidence) -> Figure:
-    """MinDistance with error bars: larger error and delay, smaller error and delay."""
+    """Draw MinDistance with error bars, for the largest and the smallest error and delay."""
     figure, axes = subplots(1, 2, height_in=3.0, sharey=True)
     for pair, place in zip((PAIRS[3], PAIRS[0]), axes, strict=True):
         _bars(place, evidence, pair, "min_distance")
@@ -144,7 +144,7 @@ def min_distance_bars(evidence: Evidence) -> Figure:
 
 
 def _bars(axes: Any, evidence: Evidence, pair: Pair, name: str, width_s: float = 25.0) -> None:
-    """Mean and standard deviation over the seeds and over `width_s` of time."""
+    """Draw mean and standard deviation over the seeds and over `width_s` of time."""
     for shift, model in enumerate(_BILATERAL):
         label = case(model, pair)
         time_s, values = evidence[label][0].time_s, evidence.series(label, name)
@@ -164,15 +164,15 @@ def _bars(axes: Any, evidence: Evidence, pair: Pair, name: str, width_s: float =
 
 
 def max_distances(evidence: Evidence) -> Figure:
-    """MaxDistance over time, and with error bars (10 %, 0.1 s)."""
+    """Draw MaxDistance over time, and with error bars (10 %, 0.1 s)."""
     figure, axes = subplots(1, 2, height_in=3.0, sharey=True)
-    _means(axes[0], evidence, _LOUD, "max_distance")
-    _bars(axes[1], evidence, _LOUD, "max_distance")
+    _means(axes[0], evidence, _LARGE_ERROR, "max_distance")
+    _bars(axes[1], evidence, _LARGE_ERROR, "max_distance")
     axes[0].set_ylabel("MaxDistance, m")
     figure_legend(figure, axes[0])
     for place in axes:
         place.set_xlabel("time, s")
-    figure.suptitle(_LOUD.title)
+    figure.suptitle(_LARGE_ERROR.title)
     return figure
 
 
@@ -181,7 +181,7 @@ def gain_sweep(
     gains: Sequence[tuple[float, float, float]],
     label: Callable[[tuple[float, float, float], str], str],
 ) -> Figure:
-    """Two differences of MinDistance over k_d and k_v, a column for each k_c."""
+    """Draw two differences of MinDistance over k_d and k_v, in a column for each k_c."""
     k_d, k_v, k_c = (sorted(set(values)) for values in zip(*gains, strict=True))
     figure, axes = subplots(2, len(k_c), height_in=4.6, sharex=True, sharey=True)
 

@@ -1,4 +1,4 @@
-"""The paper's evaluation as tables, pictures and claims, from what was measured."""
+"""Presents the paper's evaluation as tables, pictures and claims, from the evidence."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def gain_label(gains: tuple[float, float, float], model: str) -> str:
 
 
 def sheets(evidence: Evidence) -> tuple[Sheet, ...]:
-    """Table VI, figures of merit of every case on both roads, the sweep, fingerprints."""
+    """Return Table VI, the figures of every case on both roads, the sweep, and fingerprints."""
     found = [_table_6(evidence), _cases(evidence, "", "cases", "The 16 cases on the ring.")]
     if any(label.startswith("open/") for label in evidence.runs):
         found.append(_cases(evidence, "open/", "cases-open", "The 16 cases on the open road."))
@@ -164,7 +164,7 @@ def _fingerprints(evidence: Evidence) -> Sheet:
 
 
 def pictures(evidence: Evidence) -> tuple[Picture, ...]:
-    """The figures of the paper's Section IV, and those of the sweep and of the open road."""
+    """Return the figures of the paper's Section IV, and that of the sweep."""
     found = [
         Picture(
             name="error-reduction",
@@ -218,7 +218,7 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
 
 
 def markdown(sheet: Sheet) -> str:
-    """A sheet as a table in Markdown, with its title above and its note below."""
+    """Return a sheet as a table in Markdown, with its title above and its note below."""
     shown = columns(sheet, len(sheet.rows))
     lines = [
         f"**{sheet.title}**",

@@ -1,1 +1,1 @@
-"""The laws that come with Zenvoy, one module each: every module here has a record `LAW`."""
+"""The laws that come with Zenvoy. Each module here has a record `LAW`."""

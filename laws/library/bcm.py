@@ -1,4 +1,4 @@
-"""BCM, bilateral control: the vehicle ahead and the one behind count alike (paper Eq. 2)."""
+"""BCM, bilateral control: the vehicles ahead and behind have the same weight (paper Eq. 2)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def bilateral(seen: Observation, _: object = None) -> Number:
 
 
 def linear(_: NoParameters, setpoint: Setpoint, _m: int) -> Linear:
-    """Return the law itself: it is linear."""
+    """Return the law itself, as it is linear."""
     return Linear((1.0,), (1.0,), setpoint.k_d, setpoint.k_v, setpoint.k_c)
 
 

@@ -1,7 +1,7 @@
-"""FM, car following: gap and relative speed to the vehicle ahead (paper Eq. 1).
+"""FM, car following by gap and relative speed to the vehicle ahead (paper Eq. 1).
 
-The paper prints k_c (v - v_des), which for k_c > 0 drives the speed away from v_des. This is
-k_c (v_des - v), as in Horn (2013), "Suppressing traffic flow instabilities".
+The paper prints k_c (v - v_des), which drives the speed away from v_des for k_c > 0. This module
+uses k_c (v_des - v), as in Horn (2013), "Suppressing traffic flow instabilities".
 """
 
 from __future__ import annotations

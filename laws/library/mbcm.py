@@ -1,6 +1,6 @@
-"""MBCM, multi-node bilateral control: m vehicles on each side count.
+"""MBCM, multi-node bilateral control with m vehicles on each side.
 
-Wang and Horn, "Multinode bilateral control model".
+See Wang and Horn, "Multinode bilateral control model".
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from zenvoy.laws.relative import Number
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """Vehicles on each side, and their weights c_1 .. c_m, nearest first: by name or as a list."""
+    """Number of vehicles on each side, and their weights c_1 .. c_m as a name or a list."""
 
     neighbours: int = 3
     weights: str | tuple[float, ...] = "least-squares"
@@ -22,10 +22,10 @@ class Parameters:
 
 @lru_cache(maxsize=64)
 def weights_of(kind: str | tuple[float, ...], m: int) -> tuple[float, ...]:
-    """Return c_1..c_m: `least-squares` j² / Σ l², `uniform` 1 / m, or the given ones.
+    """Return c_1..c_m, nearest first: `least-squares` j² / Σ l², `uniform` 1 / m, or a given list.
 
-    Of given ones the first m count, in the same proportions and with the same sum, so that a
-    chain that breaks changes who counts and not how hard the vehicle reacts.
+    The first m of a given list are scaled to the sum of the list. So a shorter chain changes which
+    vehicles count, but not how strongly the vehicle reacts.
     """
     if kind == "uniform":
         return (1.0 / m,) * m
@@ -38,7 +38,7 @@ def weights_of(kind: str | tuple[float, ...], m: int) -> tuple[float, ...]:
 
 
 def multi_node(seen: Observation, own: Parameters) -> Number:
-    """Return the acceleration of the host, m/s²; as many sides count as are known."""
+    """Return the acceleration of the host, m/s², from as many sides as are known."""
     k_d, k_v, k_c, _, v_des = seen.setpoint
     weights = weights_of(own.weights, len(seen.sides))
     pull = sum(

@@ -1,4 +1,4 @@
-"""PBCM, predictive bilateral control: BCM on states predicted to the command's effect (Eq. 8)."""
+"""PBCM: BCM on states predicted to the time at which the command takes effect (Eq. 8)."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from scipy.stats import t as student
 
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.measures.statistics import mean_and_half, mean_of
-from zenvoy.analysis.paper.claim import LOUD
+from zenvoy.analysis.paper.claim import LARGE_ERROR
 from zenvoy.analysis.paper.claims import CLAIMS, answers
 from zenvoy.analysis.paper.evidence import (
     MODELS,
@@ -113,7 +113,7 @@ def test_cases_are_numbered_as_in_the_paper() -> None:
     assert [case(model, pair) for model in MODELS for pair in PAIRS] == [
         f"{number:02}" for number in range(1, 17)
     ]
-    assert [case(model, LOUD) for model in MODELS] == ["03", "07", "11", "15"]
+    assert [case(model, LARGE_ERROR) for model in MODELS] == ["03", "07", "11", "15"]
 
 
 def test_figures_of_a_digest() -> None:
@@ -167,7 +167,7 @@ def test_short_runs_answer_nothing_about_later() -> None:
 
 def test_verdicts_follow_the_figures() -> None:
     """Each rule must be able to say yes, and to say no."""
-    bcm, mbcm, pbcm = (case(model, LOUD) for model in ("BCM", "MBCM", "PBCM"))
+    bcm, mbcm, pbcm = (case(model, LARGE_ERROR) for model in ("BCM", "MBCM", "PBCM"))
     speeds = {bcm: {"mean_speed": 25.0}, mbcm: {"mean_speed": 18.0}}
     assert verdict(evidence(speeds), "Speeds settle at about 25") == "confirmed"
     assert verdict(evidence(), "Speeds settle at about 25") == "not confirmed"
