@@ -1,4 +1,4 @@
-"""How participants talk: messages, topics, the clock, and two buses for the same agents."""
+"""Communication between participants: messages, topics, clock, and two buses for agents."""
 
 from zenvoy.bus.agent import Agent, Barrier, Envelope, Inbox
 from zenvoy.bus.errors import BusError, PayloadError, StalledError, StoppedError

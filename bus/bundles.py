@@ -11,10 +11,10 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
 
-_OVERHEAD_BYTES: Final = 20  # of a payload in a message, at most
+_OVERHEAD_BYTES: Final = 20  # upper bound per payload in a bundle
 
 Parcel = tuple[int, bytes]
-"""A vehicle, and a payload to it or from it."""
+"""A vehicle, and a payload for it or from it."""
 
 
 class Bundle:
@@ -28,28 +28,28 @@ class Bundle:
         return len(self._parcels)
 
     def has_room(self, payload: bytes) -> bool:
-        """Whether it fits into one message with the payload; one that is empty always has."""
+        """Return whether the payload still fits into the message; an empty bundle has room."""
         return not self._parcels or self._bytes + _size(payload) <= MAX_PAYLOAD_BYTES
 
     def add(self, vehicle: int, payload: bytes) -> None:
-        """Put a payload in."""
+        """Add a payload."""
         self._parcels.append((vehicle, payload))
         self._bytes += _size(payload)
 
     def pack(self) -> bytes:
-        """The message; the bundle is empty then."""
+        """Return the message, and empty the bundle."""
         parcels, self._parcels, self._bytes = self._parcels, [], 0
         return pack(parcels)
 
 
 def pack(parcels: Iterable[Parcel]) -> bytes:
-    """Payloads of a stream for several vehicles, at least one, in one message."""
+    """Return one message with at least one payload of a stream."""
     vehicles, payloads = zip(*parcels, strict=True)
     return pb.Bundle(vehicle=vehicles, payload=payloads).SerializeToString()
 
 
 def unpack(bundle: bytes) -> list[Parcel]:
-    """What `pack` has packed; raises PayloadError where its columns do not go together."""
+    """Return the payloads in a message of `pack`; raises PayloadError if columns do not match."""
     try:
         message = pb.Bundle.FromString(bundle)
     except DecodeError as error:

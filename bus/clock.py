@@ -11,7 +11,7 @@ WallClock = Callable[[], int]
 
 
 def wall_ns() -> int:
-    """Return monotonic wall time, ns. Its origin is arbitrary: only differences have a meaning."""
+    """Return monotonic wall time, ns. Its origin is arbitrary, so only differences matter."""
     return time.monotonic_ns()
 
 
@@ -20,28 +20,28 @@ def pause() -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    time.sleep(0.0002)  # nothing is taken to have come by then: the caller polls again
+    time.sleep(0.0002)  # the caller polls again afterwards, whatever has come
 
 
 @dataclass(frozen=True, slots=True)
 class WallTime:
-    """Simulation time on the wall clock: time 0 is at `start_ns`, and runs `speed` times as fast.
+    """Simulation time on the wall clock. Time 0 is at `start_ns`, and time runs at `speed`.
 
-    On Linux `wall_ns` is the same clock for all processes of a machine, so they share a start.
+    On Linux all processes of a machine have the same `wall_ns`, so they can share a start.
     """
 
     start_ns: int
     speed: float = 1.0
 
     def wall_ns(self, time_ns: int) -> int:
-        """Wall time of an instant of simulation time."""
+        """Return the wall time of an instant of simulation time."""
         return self.start_ns + round(time_ns / self.speed)
 
     def time_ns(self, wall_ns: int) -> int:
-        """Simulation time at an instant of wall time; 0 before the start."""
+        """Return the simulation time at an instant of wall time; 0 before the start."""
         return max(0, round((wall_ns - self.start_ns) * self.speed))
 
 
 def stamp() -> str:
-    """Local date and time for names of folders, to the second."""
+    """Return local date and time to the second, for names of folders."""
     return datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")

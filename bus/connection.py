@@ -1,4 +1,4 @@
-"""One participant's place on the Zenoh bus: its streams, its readiness, what it refuses."""
+"""Connects one participant to the Zenoh bus: its streams, its readiness, its refusals."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from zenvoy.bus.watch import Blame, Watch
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wiring:
-    """Where a process listens and whom it connects to, in which run, with which fleet."""
+    """The run and fleet of a process, its endpoints, and the processes that it waits for."""
 
     run: str
     vehicles: Sequence[int]
     listen: tuple[str, ...] = ()
     connect: tuple[str, ...] = ()
-    waits_for: tuple[str, ...] = ()  # processes that must be ready before this one says it is
+    waits_for: tuple[str, ...] = ()  # processes that must be ready before this one is
     stall_limit_s: float | None = None
     absent: frozenset[int] = frozenset()  # vehicles that may join later: nobody waits for them
     shared_processes: tuple[VehicleProcess, ...] = ()  # those that run several vehicles each
@@ -38,12 +38,12 @@ class Wiring:
 class Connection:
     """Subscriptions, publications and readiness of one participant.
 
-    Use as a context: entering returns when every reader of what it writes is there, and every
-    process it waits for has shown its token; then it shows its own.
+    Use it as a context. Entering returns when each of its publications has a reader, and when each
+    process that it waits for has declared its liveliness token. Then it declares its own.
     """
 
     realtime = False
-    """Whether it runs in real time: nobody waits for a reader, what it cannot take is dropped."""
+    """Whether it runs in real time: publishers drop what a reader is too slow for, and never wait."""
 
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
@@ -60,7 +60,7 @@ class Connection:
             if topic.pattern is not None
             for vehicle in (wiring.vehicles if topic.per_vehicle else (0,))
         }
-        self._whose = self._vehicles_by_key()
+        self._owners = self._owners_by_key()
         self._joiner = Joiner()
         self._awaited = Blame("")
         self._watch = Watch(wiring.stall_limit_s, self._blame, self._idle)
@@ -70,15 +70,15 @@ class Connection:
         shared = (process.name for process in wiring.shared_processes)
         self._names = frozenset({*wiring.waits_for, *names, *shared})
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
-        """Called with the session before anybody is waited for."""
+        """Called with the session before any waiting begins."""
         self.on_idle: Callable[[], None] = lambda: None
-        """Called now and then while nothing comes of waiting."""
+        """Called now and then during a long wait."""
         self.refusals = Refusals(participant.name)
-        """Messages that came and were refused."""
+        """Messages that were refused."""
 
     @property
     def session(self) -> zenoh.Session:
-        """The open session, for what is not part of the control cycle."""
+        """The open session, for use outside the control cycle."""
         return self._session
 
     def __enter__(self) -> Self:
@@ -109,7 +109,7 @@ class Connection:
         self._watch.__exit__(kind, error, trace)
         self.refusals.report_counts()
         if error is not None:
-            return  # the process is about to end, and closing may wait for a peer that is frozen
+            return  # the process is about to end, and closing may wait for a frozen peer
         self._session.close()
 
     def send(self, envelopes: Iterable[Envelope]) -> None:
@@ -139,11 +139,11 @@ class Connection:
                 self._publish(key, bundle.pack())
 
     def publish(self, topic: Topic[Any], payload: bytes) -> None:
-        """Put a payload on the key of a topic that is of no vehicle."""
+        """Publish a payload on the key of a topic that does not belong to a vehicle."""
         self._publish(self._keys[topic, 0], payload)
 
     def _publish(self, key: str, payload: bytes) -> None:
-        """Put a payload on a key, in parts where it is too large for one message."""
+        """Publish a payload on a key, in parts if it is too large for one message."""
         publisher = self._publishers[key]
         if len(payload) <= MAX_PAYLOAD_BYTES:
             publisher.put(payload)
@@ -152,16 +152,19 @@ class Connection:
             publisher.put(piece, attachment=attachment)
 
     def _key(self, topic: Topic[Any], vehicle: int) -> str:
-        """Key of a topic of a vehicle (0: none), or of its shared process."""
+        """Return the key of a topic of a vehicle (0: none), or of its shared process."""
         process, run = self._shared_by.get(vehicle), self._wiring.run
         return topic.key(run, vehicle) if process is None else topic.shared_key(run, process.name)
 
     def lost_processes(self) -> list[str]:
-        """Processes whose tokens have gone since the last call."""
+        """Return the processes whose tokens have disappeared since the last call."""
         return [name for name, there in self.comings_and_goings() if not there]
 
     def comings_and_goings(self) -> list[tuple[str, bool]]:
-        """Processes whose tokens have come (True) or gone since the last call, in that order."""
+        """Return the processes whose tokens have appeared (True) or disappeared, in order.
+
+        These are the changes since the last call.
+        """
         self._note_tokens()
         found = list(self._tokens)
         self._tokens.clear()
@@ -170,13 +173,13 @@ class Connection:
     def _note_tokens(self) -> None:
         while self._alive is not None and (sample := self._alive.try_recv()) is not None:
             name = str(sample.key_expr).rpartition("/")[2]
-            if name in self._names:  # anyone may show a token
+            if name in self._names:  # other programs may declare tokens too
                 self._tokens.append((name, sample.kind == zenoh.SampleKind.PUT))
 
     def _admitted(self, topic: Topic[Any], key: str, sample: zenoh.Sample) -> Sequence[Parcel]:
-        """Vehicles and whole payloads of what has come; nothing of a part, or what is refused."""
-        whose = self._whose[topic].get(key)
-        if whose is None:
+        """Return the vehicles and payloads of a sample; none for a part, or if it is refused."""
+        owner = self._owners[topic].get(key)
+        if owner is None:
             self.refusals.add(FOREIGN, key)
             return ()
         payload = sample.payload.to_bytes()
@@ -187,26 +190,26 @@ class Connection:
                 if whole is None:
                     return ()
                 payload = whole
-            parcels = [(whose, payload)] if isinstance(whose, int) else unpack(payload)
+            parcels = [(owner, payload)] if isinstance(owner, int) else unpack(payload)
         except PayloadError:
             self.refusals.add(MALFORMED, key)
             return ()
-        # Nothing is a message of zeros to protobuf, and all that comes of a deletion.
+        # A deletion has an empty payload, which protobuf would read as a message of zeros.
         if not parcels or not all(payload for _, payload in parcels):
             self.refusals.add(MALFORMED, key)
             return ()
-        if not isinstance(whose, int) and not whose.issuperset(vehicle for vehicle, _ in parcels):
+        if not isinstance(owner, int) and not owner.issuperset(vehicle for vehicle, _ in parcels):
             self.refusals.add(FOREIGN, key)
             return ()
         return parcels
 
     @property
     def _most_tokens(self) -> int:
-        """Changes of tokens that may wait to be looked at."""
+        """How many changes of tokens may wait to be read."""
         return 4 * len(self._wiring.vehicles) + 64
 
     def _subscribe(self) -> None:
-        """One subscriber for each topic, whatever the number of vehicles."""
+        """Declare one subscriber for each topic, whatever the number of vehicles."""
         agent, run = self._participant, self._wiring.run
         for topic in TOPICS:
             if topic.reader == agent.role and topic.pattern is not None:
@@ -215,9 +218,10 @@ class Connection:
                 self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
     def _handler(self, topic: Topic[Any]) -> Any:
-        """First hook: where Zenoh puts the samples of a topic, a queue or a callback.
+        """Return where Zenoh puts the samples of a topic: a queue or a callback.
 
-        ZenohBus and RealtimeBus each define it; they may define `_blame` and `_stuck` too.
+        This is the first of three hooks. ZenohBus and RealtimeBus each define it. They may also
+        define `_blame` and `_stuck`.
         """
         raise NotImplementedError  # no ABC: it must not have the optional hook _stuck (ruff B027)
 
@@ -227,9 +231,9 @@ class Connection:
             self._publishers[key] = self._session.declare_publisher(key, congestion_control=full)
 
     def _written(self, fleet: Iterable[int]) -> dict[str, str]:
-        """Keys that it writes in a fleet of these vehicles, each with the process that reads it.
+        """Return the keys that it writes for a fleet, each with the process that reads it.
 
-        The process is "" where nobody has to.
+        The process is "" where no reader is required.
         """
         agent = self._participant
         return {
@@ -240,7 +244,7 @@ class Connection:
         }
 
     def _wait_for_readers(self) -> None:
-        """What is put before a subscriber matches is gone, so wait until each one does."""
+        """Wait until each publisher has a subscriber; what is published earlier would be lost."""
         present = [one for one in self._wiring.vehicles if one not in self._wiring.absent]
         for key, reader in self._written(present).items():
             if not reader:
@@ -248,7 +252,7 @@ class Connection:
             publisher = self._publishers[key]
             self._awaited = Blame(f"a reader of {key}", (reader,))
             with publisher.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
-                # The stub types the status as a bool; it is an object with a field, always true.
+                # The stub types the status as a bool, but it is an object, which is always true.
                 while not cast(zenoh.MatchingStatus, publisher.matching_status).matching:
                     self._watch.wait(changes.recv)
             self._watch.progressed()
@@ -271,15 +275,15 @@ class Connection:
                 self._watch.progressed()
 
     def _blame(self, in_any_case: bool) -> Blame | None:
-        """Second hook: what this process waits for; None where another one should say it.
+        """Return what this process waits for; None if another process should report the stall.
 
-        It is asked when a wait has lasted for the stall limit. Before the first step it is
-        a reader or the start of a process.
+        This is the second hook. It is called when a wait has lasted for the stall limit. Before the
+        first step, the process waits for a reader or for the start of another process.
         """
         return self._awaited
 
     def _process(self, role: str, vehicle: int) -> str:
-        """Name of the process of a role, or of a vehicle."""
+        """Return the name of the process of a role, or of a vehicle."""
         if role != "vehicle":
             return role
         process = self._shared_by.get(vehicle)
@@ -292,18 +296,18 @@ class Connection:
         self._stuck()
 
     def _stuck(self) -> None:
-        """Third hook: what a bus does when a wait goes on for long. The default does nothing."""
+        """Act when a wait goes on for long. This is the third hook; by default it does nothing."""
 
-    def _vehicles_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
-        """Whose the streams are that it reads, by exact key: a vehicle's (0: none), or several."""
+    def _owners_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
+        """Return the vehicle (0: none), or the set of vehicles, of each key that it reads."""
         agent = self._participant
-        whose: dict[Topic[Any], dict[str, int | frozenset[int]]] = {}
+        owners: dict[Topic[Any], dict[str, int | frozenset[int]]] = {}
         for topic in TOPICS:
             if topic.reader != agent.role or topic.pattern is None:
                 continue
-            streams = whose[topic] = {}
+            streams = owners[topic] = {}
             for vehicle in (agent.vehicles or self._wiring.vehicles) if topic.per_vehicle else (0,):
                 process = self._shared_by.get(vehicle)
                 vehicles = vehicle if process is None else frozenset(process.vehicles)
                 streams[self._keys[topic, vehicle]] = vehicles
-        return whose
+        return owners

@@ -1,4 +1,4 @@
-"""What can go wrong between participants, in one tree."""
+"""The errors of communication between participants, in one tree."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class BusError(Exception):
 class StalledError(BusError):
     """A barrier was not met within the stall limit; the text names what is missing.
 
-    `culprits` are the processes that it should have come from, where these are known.
+    `culprits` are the processes that should have sent it, where they are known.
     """
 
     def __init__(self, text: str, culprits: Sequence[str] = ()) -> None:
@@ -29,4 +29,4 @@ class PayloadError(BusError):
 
 
 class NoAnswerError(BusError):
-    """Nobody answers for a run at the endpoints given; the text says which."""
+    """No run answers at the given endpoints; the text names them."""

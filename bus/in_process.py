@@ -11,7 +11,7 @@ from zenvoy.bus.mailbox import Mailbox
 
 
 class _Seat:
-    """An agent, its mailbox and the barrier it stands before."""
+    """An agent, its mailbox, and the barrier that it waits for."""
 
     __slots__ = ("agent", "barrier", "mailbox", "queued")
 
@@ -23,7 +23,7 @@ class _Seat:
 
 
 class InProcessBus:
-    """Runs agents to their end; what they log goes to `log`, in the order they say it."""
+    """Runs agents until they are done; `log` takes what they log, in the order of sending."""
 
     def __init__(self, agents: Sequence[Agent], log: Log) -> None:
         self._seats = [_Seat(agent) for agent in agents]
@@ -36,7 +36,7 @@ class InProcessBus:
         self._ready: deque[_Seat] = deque()
 
     def run(self) -> None:
-        """Step agents until the world is done; raises StalledError if it waits for ever."""
+        """Step agents until the world is done; raises StalledError if it would wait for ever."""
         for seat in self._seats:
             self._queue_if_met(seat)
         while self._ready:

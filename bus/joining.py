@@ -1,4 +1,4 @@
-"""What a process that joins a run later asks for, and what the world answers."""
+"""What a process that joins a run later asks, and what the world answers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ from zenvoy.bus.vehicle_processes import VehicleProcess
 Answer = Callable[[], bytes]
 
 
-class Standing(NamedTuple):
-    """Where a run stands: its effective scenario, as JSON, and its processes.
+class RunState(NamedTuple):
+    """The state of a run: its effective scenario, as JSON, and its processes.
 
-    present: those that are there. shared: the vehicles of each shared process, there or not.
+    present: the names of the running processes. shared: the vehicles of each shared process, whether
+    it is running or not.
     """
 
     scenario: bytes
@@ -32,9 +33,10 @@ class Standing(NamedTuple):
 def offer(
     session: zenoh.Session, run: str, shared: Sequence[VehicleProcess], scenario: Answer
 ) -> tuple[object, ...]:
-    """Answer whoever asks for the standing of `run`, for as long as the result is kept.
+    """Answer queries for the state of `run`, for as long as the result is kept.
 
-    Peers are never relayed: a process that joins sees no other vehicle's token, the world sees all.
+    A joining process cannot see the tokens of other vehicles, as nothing is relayed between peers.
+    The world sees all of them.
     """
     present: set[str] = set()
 
@@ -53,10 +55,10 @@ def offer(
     )
 
 
-def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
-    """Standing of the run whose world is at one of the endpoints; raises NoAnswerError."""
+def ask(run: str, connect: Sequence[str], limit_s: float) -> RunState:
+    """Return the state of the run whose world is at one of the endpoints; raises NoAnswerError."""
     try:
-        # On the default transport: a listener takes it beside the low-latency one.
+        # A listener accepts the default transport besides the low-latency one.
         session = open_session([], connect, realtime=True)
     except zenoh.ZError as error:
         raise NoAnswerError(
@@ -69,10 +71,10 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> Standing:
     if scenario is None or processes is None:
         raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}")
     try:
-        return _standing(scenario, json.loads(processes))
+        return _state(scenario, json.loads(processes))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise NoAnswerError(
-            f"what answers from {', '.join(connect)} is no run of Zenvoy"
+            f"the answer from {', '.join(connect)} is not that of a run of Zenvoy"
         ) from error
 
 
@@ -82,7 +84,7 @@ def _standing(scenario: bytes, answer: Any) -> Standing:
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:
-    """Have `call` called when the world of `run` is gone, for as long as the result is kept."""
+    """Call `call` when the world of `run` has gone, for as long as the result is kept."""
 
     def note(sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:
@@ -92,13 +94,13 @@ def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object
 
 
 def _reply(session: zenoh.Session, key: str, deadline_ns: int) -> bytes | None:
-    """Answer to a query that is put when somebody is there; None when nobody is in time."""
+    """Query a key as soon as it has a queryable; None if there is no answer in time."""
     changes: SimpleQueue[None] = SimpleQueue()
     with (
         session.declare_querier(key, timeout=_left_s(deadline_ns)) as querier,
         querier.declare_matching_listener(lambda _: changes.put(None)),
     ):
-        # The stub types the status as a bool; it is an object with a field, always true.
+        # The stub types the status as a bool, but it is an object, which is always true.
         while not cast(zenoh.MatchingStatus, querier.matching_status).matching:
             try:
                 changes.get(timeout=_left_s(deadline_ns))
@@ -115,7 +117,7 @@ def _left_s(deadline_ns: int) -> float:
 
 
 def answer(session: zenoh.Session, key: str, payload: Answer) -> zenoh.Queryable[None]:
-    """Queryable that answers each query on `key` with `payload()`, from a thread of its own."""
+    """Declare a queryable that answers queries on `key` with `payload()`, from its own thread."""
 
     def reply(query: zenoh.Query) -> None:
         with query:

@@ -1,4 +1,4 @@
-"""The metadata records of a log: how each is written, and beside it how it is read."""
+"""The metadata records of a log, each with its writing and its reading."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import EPOCH_NS
 
 RUN: Final = "zenvoy.run"
-"""Who made the log, from what. Written first."""
+"""What made the log, and from which scenario. Written first."""
 RESULT: Final = "zenvoy.result"
 """How the run ended. Written last."""
 LAWS: Final = "zenvoy.laws"
-"""Laws of the scenario's own, by mode; only in logs of such runs."""
+"""Laws that are not in the library, by mode; only in logs of runs with such laws."""
 REPAIR: Final = "zenvoy.repair"
-"""What a repair has found and left out; in repaired logs alone."""
+"""What a repair found and left out; only in repaired logs."""
 
 CHECKSUM: Final = "sha256"
-"""Key of a metadata record under which stands the checksum of its other entries."""
+"""Key of a metadata record for the checksum of its other entries."""
 
 _VERSION: Final = "version."
 _OPTIONAL: Final = frozenset({"vehicles_per_process", "notes"})
@@ -35,20 +35,20 @@ class RunMetadata:
     """Name of the scenario."""
     seed: int
     cycles: int
-    """Number of cycles that the run is to have."""
+    """Number of cycles that the scenario asks for."""
     period_ns: int
     vehicles: int
     bus: str
     run: str
-    """Name of the run, as it stands in keys."""
+    """Name of the run, as in keys."""
     vehicles_per_process: int = 1
     notes: tuple[str, ...] = ()
-    """Notes on the scenario, a line each; the record has no such entry where there are none."""
+    """Notes on the scenario, one per line; the record has no such entry if there are none."""
     epoch_ns: int = EPOCH_NS
     python: str
     machine: str
     versions: Mapping[str, str] = field(default_factory=dict)
-    """Versions of packages by name, an entry `version.<name>` each."""
+    """Versions of packages by name; each has an entry `version.<name>`."""
 
     def written(self) -> dict[str, str]:
         """Return the entries of the record, in the order in which a log has them."""
@@ -70,10 +70,10 @@ class RunMetadata:
 
 
 def read_run(entries: Mapping[str, str], instead: RunMetadata) -> tuple[dict[str, str], list[str]]:
-    """Return the entries of zenvoy.run made good, and a sentence on each that was not.
+    """Return the entries of zenvoy.run, corrected, and a sentence on each correction.
 
-    An entry that readers rely on comes from `instead` where it is missing, or is no number though
-    it must be one.
+    An entry that readers rely on comes from `instead` if it is missing, or if it must be a number
+    and is not.
     """
     read, faults = dict(entries), []
     for key, value in instead.written().items():
@@ -90,7 +90,7 @@ def read_run(entries: Mapping[str, str], instead: RunMetadata) -> tuple[dict[str
 
 
 def read_epoch_ns(entries: Mapping[str, str]) -> int:
-    """Return the epoch of the log's times from zenvoy.run, ns; EPOCH_NS where it names none."""
+    """Return the epoch of the log's times from zenvoy.run, ns; EPOCH_NS if it has none."""
     text = entries.get("epoch_ns", "")
     return int(text) if text.isdecimal() else EPOCH_NS
 
@@ -133,9 +133,9 @@ _RESULT_NUMBERS: Final = ("cycles", "simulated_s", "wall_s", "real_time_factor")
 
 
 def read_result(entries: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
-    """Return the entries of zenvoy.result that hold, and a sentence on each that does not.
+    """Return the valid entries of zenvoy.result, and a sentence on each other one.
 
-    An entry that must be a number and is none is left out.
+    An entry that must be a number and is not is left out.
     """
     read = dict(entries)
     faults = [
@@ -150,7 +150,7 @@ def read_result(entries: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
 
 
 def sealed(entries: Mapping[str, str]) -> dict[str, str]:
-    """Return the entries of a metadata record, and their checksum as the last one."""
+    """Return the entries of a metadata record with their checksum as the last one."""
     return {**entries, CHECKSUM: checksum(entries)}
 
 
@@ -160,7 +160,7 @@ def unsealed(entries: Mapping[str, str]) -> dict[str, str]:
 
 
 def checksum(entries: Mapping[str, str]) -> str:
-    """Return the SHA-256 over the entries of a record in order of key, CHECKSUM itself left out."""
+    """Return the SHA-256 over the entries of a record in order of key, except CHECKSUM itself."""
     digest = hashlib.sha256()
     for key in sorted(entries):
         if key != CHECKSUM:

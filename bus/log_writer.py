@@ -1,8 +1,8 @@
-"""An MCAP writer whose memory does not grow with the log, and that checks all it can be checked by.
+"""An MCAP writer with all checksums, whose memory hardly grows with the log.
 
-The `mcap` package keeps an object for each chunk until the file ends: about 700 bytes each, a
-megabyte in every 20,000 cycles of 40 vehicles. Here they are kept as the bytes that they will be
-in the file, compressed: about 50 bytes each.
+The `mcap` package keeps an index object of about 700 bytes for each chunk until the file ends,
+which is a megabyte per 20,000 cycles of 40 vehicles. Here an index is kept as the compressed bytes
+of its record, about 50 bytes.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from mcap.writer import Writer
 
 from zenvoy.bus.log_format import CHUNK_BYTES
 
-_TOGETHER: Final = 128  # indexes that are compressed as one block
+_PER_BLOCK: Final = 128  # indexes that are compressed as one block
 _HEAD: Final = 9  # bytes of a record before its content
-_KEPT_IN: Final = "_Writer__chunk_indices"  # the package's own list; no option sets it
+_INDEX_LIST: Final = "_Writer__chunk_indices"  # the package's own list; there is no option for it
 
 
 class LogWriter(Writer):
@@ -28,13 +28,13 @@ class LogWriter(Writer):
 
     def __init__(self, file: IO[bytes]) -> None:
         super().__init__(file, chunk_size=CHUNK_BYTES, enable_crcs=True, enable_data_crcs=True)
-        if getattr(self, _KEPT_IN) != []:
-            raise TypeError("mcap keeps the index of its chunks elsewhere")
-        setattr(self, _KEPT_IN, ChunkIndexes())
+        if getattr(self, _INDEX_LIST) != []:
+            raise TypeError("this version of mcap keeps its chunk indexes elsewhere")
+        setattr(self, _INDEX_LIST, ChunkIndexes())
 
 
 class ChunkIndexes:
-    """A list of chunk indexes that can be appended to and read through."""
+    """A list of chunk indexes that supports appending and iteration."""
 
     def __init__(self) -> None:
         self._blocks: list[bytes] = []
@@ -42,10 +42,10 @@ class ChunkIndexes:
         self._in_open = 0
 
     def append(self, index: ChunkIndex) -> None:
-        """Keep an index."""
+        """Add an index."""
         index.write(self._open)
         self._in_open += 1
-        if self._in_open == _TOGETHER:
+        if self._in_open == _PER_BLOCK:
             self._blocks.append(zstandard.compress(self._end_open()))
             self._in_open = 0
 
@@ -63,5 +63,5 @@ class ChunkIndexes:
 
     @property
     def nbytes(self) -> int:
-        """What is kept, bytes."""
+        """Size of what is kept, bytes."""
         return sum(map(len, self._blocks)) + self._open.count

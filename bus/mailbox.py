@@ -1,4 +1,4 @@
-"""Keeps messages until a barrier is met, whatever order they come in."""
+"""Keeps messages until a barrier is met, in whatever order they come."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.refusals import DUPLICATE, EARLY, MALFORMED, STALE
 from zenvoy.bus.topics import Topic
 
-# Cycles that a message may be ahead of the one taken last: the world begins two at the most before
-# the oldest is over, and a delivery may be one ahead of its cycle. What is farther off is not kept.
+# A message may be this many cycles ahead of the last one taken; others are refused. In a fleet,
+# messages are at most 3 ahead: the world begins at most two cycles before the oldest one ends, and
+# a delivery may be one cycle ahead.
 WINDOW: Final = 8
 
 Check = Callable[[Topic[Any], int, Any], str | None]
-"""From topic, vehicle and message to the reason to refuse it, if there is any."""
+"""Returns why to refuse a message, given its topic and vehicle, or None."""
 
 
 class Mailbox:
     """Messages by topic, cycle and vehicle.
 
-    What does not fit is counted in `rejected` by reason and changes nothing. `check` has the last
-    word on a message: None for those of a bus that nobody else can write to.
+    Refused messages are counted in `rejected` by reason, and change nothing. `check` is applied
+    last. It is None on a bus that no other program can write to.
     """
 
     def __init__(self, check: Check | None = None) -> None:
@@ -33,7 +34,7 @@ class Mailbox:
         self._taken: dict[Topic[Any], int] = {}
 
     def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> str | None:
-        """Decode and keep one message; the reason where it is refused."""
+        """Decode and keep a message; return the reason if it is refused."""
         try:
             message = topic.decode(payload)
         except PayloadError:
@@ -56,18 +57,18 @@ class Mailbox:
         return reason
 
     def has(self, topic: Topic[Any], cycle: int, count: int) -> bool:
-        """Whether `count` vehicles' messages of that topic and cycle are here."""
+        """Return whether `count` vehicles' messages of that topic and cycle have come."""
         return len(self._mail.get((topic, cycle), ())) >= count
 
     def met(self, barrier: Barrier) -> bool:
-        """Whether all that the barrier asks for is here."""
-        for topic, ids in barrier.needs:  # a plain loop: it is asked after every message
+        """Return whether all messages that the barrier needs have come."""
+        for topic, ids in barrier.needs:  # a plain loop, as this runs after every message
             if len(self._mail.get((topic, barrier.cycle), ())) < len(ids):
                 return False
         return True
 
     def missing(self, barrier: Barrier) -> list[tuple[Topic[Any], int]]:
-        """What the barrier still waits for, as topic and vehicle."""
+        """Return what the barrier still waits for, as topics and vehicles."""
         return [
             (topic, vehicle)
             for topic, ids in barrier.needs
@@ -76,7 +77,7 @@ class Mailbox:
         ]
 
     def describe_missing(self, barrier: Barrier) -> str:
-        """What the barrier still waits for, in words, five at most."""
+        """Return what the barrier still waits for, in words, with at most five messages."""
         missing = self.missing(barrier)
         shown = [
             topic.name if vehicle == 0 else f"{topic.name} of vehicle {vehicle}"
@@ -86,7 +87,7 @@ class Mailbox:
         return f"{', '.join(shown)}{more} (cycle {barrier.cycle})"
 
     def take(self, barrier: Barrier) -> Inbox:
-        """Messages of a met barrier, in the barrier's order of vehicles."""
+        """Remove and return the messages of a met barrier, in the barrier's order of vehicles."""
         mail: dict[Topic[Any], list[tuple[Any, bytes]]] = {}
         for topic, ids in barrier.needs:
             slot = self._mail.pop((topic, barrier.cycle))

@@ -1,4 +1,4 @@
-"""Payloads larger than the transport carries, in parts and together again."""
+"""Splits payloads that are too large for the transport, and joins their parts."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from zenvoy.bus.errors import PayloadError
 # resets the link.
 MAX_PAYLOAD_BYTES: Final = 60_000
 _PART: Final = struct.Struct("<III")
-_MOST_PARTS: Final = 4_096
-# What is kept of payloads of which parts are missing, perhaps for ever.
-_MOST_KEPT_BYTES: Final = 64_000_000
-_OVERHEAD_BYTES: Final = 500  # of a piece, however small
+_MAX_PARTS: Final = 4_096
+# Memory for incomplete payloads, whose missing parts may never come.
+_MAX_KEPT_BYTES: Final = 64_000_000
+_OVERHEAD_BYTES: Final = 500  # per piece, in memory
 
 
 def split(payload: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Pieces of a payload, each with its attachment: part, number of parts, CRC-32 of the whole."""
+    """Yield the pieces of a payload, each with an attachment.
+
+    The attachment holds the number of the part, the number of parts, and the CRC-32 of the whole.
+    """
     parts, checksum = -(-len(payload) // MAX_PAYLOAD_BYTES), crc32(payload)
     for part in range(parts):
         start = part * MAX_PAYLOAD_BYTES
@@ -28,27 +31,27 @@ def split(payload: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 class Joiner:
-    """Puts pieces together, whatever comes between those of a payload.
+    """Joins pieces into payloads, even if pieces of several payloads are interleaved.
 
-    The checksum says what belongs together. Pieces that others never follow are dropped in the
-    end, the oldest first.
+    The checksum says which pieces belong to one payload. When incomplete payloads take too much
+    memory, the oldest are dropped.
     """
 
-    def __init__(self, most_kept_bytes: int = _MOST_KEPT_BYTES) -> None:
+    def __init__(self, max_kept_bytes: int = _MAX_KEPT_BYTES) -> None:
         self._pieces: dict[Hashable, dict[int, bytes]] = {}
-        self._most_kept_bytes = most_kept_bytes
+        self._max_kept_bytes = max_kept_bytes
         self._kept_bytes = 0
 
     def join(self, stream: Hashable, piece: bytes, attachment: bytes) -> bytes | None:
-        """Whole payload with its last piece, None before.
+        """Return the whole payload with its last piece, and None before.
 
-        Raises PayloadError where the attachment makes no sense, where a piece came before, and
-        where the whole is not what its checksum says.
+        Raises PayloadError if the attachment is not valid, if a piece comes twice, or if the whole
+        does not match its checksum.
         """
         if len(attachment) != _PART.size:
             raise PayloadError(f"an attachment of {len(attachment)} bytes")
         part, parts, checksum = _PART.unpack(attachment)
-        if not part < parts <= _MOST_PARTS or len(piece) > MAX_PAYLOAD_BYTES:
+        if not part < parts <= _MAX_PARTS or len(piece) > MAX_PAYLOAD_BYTES:
             raise PayloadError(f"part {part} of {parts}, of {len(piece)} bytes")
         payload = stream, parts, checksum
         pieces = self._pieces.get(payload, {})
@@ -63,11 +66,11 @@ class Joiner:
         self._forget(payload)
         whole = b"".join(({**pieces, part: piece})[number] for number in range(parts))
         if crc32(whole) != checksum:
-            raise PayloadError(f"{parts} parts do not make the whole")
+            raise PayloadError(f"the whole of {parts} parts does not match its checksum")
         return whole
 
     def _drop_oldest(self) -> None:
-        while self._kept_bytes > self._most_kept_bytes and len(self._pieces) > 1:
+        while self._kept_bytes > self._max_kept_bytes and len(self._pieces) > 1:
             self._forget(next(iter(self._pieces)))
 
     def _forget(self, payload: Hashable) -> None:

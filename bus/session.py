@@ -1,4 +1,4 @@
-"""Zenoh sessions, configured as was measured to be fastest here (docs/decisions.md)."""
+"""Opens Zenoh sessions with the settings that were measured as fastest (docs/decisions.md)."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Final
 
 import zenoh
 
-# Read by the runtime when the first session of a process is opened. With a single worker about one
-# process in 15,000 never came out of the declaration of its first subscriber: its worker waited for
-# a lock of the routing tables, whose holder waited for the worker (zenoh-c issue 1308). A vehicle's
-# two links cannot keep all of these busy.
+# The runtime reads this when a process opens its first session. With a single worker about one
+# process in 15,000 hung while it declared its first subscriber: the worker waited for a lock of the
+# routing tables, whose holder waited for the worker (zenoh-c issue 1308). A vehicle's two links
+# cannot occupy four workers.
 _FEW_WORKERS: Final = (
     "(app:(worker_threads:4),rx:(handover:app),tx:(handover:app),"
     "net:(handover:app),acc:(handover:app))"
 )
 
 
-# In real time nobody may have to wait for a process that is stopped: what it does not read is
+# In real time no process may wait for one that is stopped. What that one does not read is
 # queued, 16 batches of 64 KiB at most, and then dropped. The low-latency transport would block.
 _IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/unicast/lowlatency": False,
@@ -28,13 +28,13 @@ _IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,  # µs
 }
 
-_GIVES_WAY: Final = 5  # a third of the weight
+_NICENESS: Final = 5  # reduces the scheduler's weight to a third
 
 
 def open_session(
     listen: Sequence[str], connect: Sequence[str], *, realtime: bool = False
 ) -> zenoh.Session:
-    """Peer session on explicit endpoints: no scouting, no relay.
+    """Open a peer session on explicit endpoints, without scouting or relay.
 
     Lock-step uses the low-latency transport, which blocks where a peer does not read. Real time
     uses the default one. Both ends of a link must be of the same kind.
@@ -65,10 +65,10 @@ def open_session(
 
 
 def give_way() -> None:
-    """Let world and channel go first, and Zenoh's threads, which say when a message came.
+    """Give this thread a lower priority than world, channel and Zenoh's threads.
 
-    Of this thread alone: Linux has a niceness for each.
+    Zenoh's threads note when a message came. On Linux each thread has its own niceness.
     """
     thread = threading.get_native_id()
     nice = os.getpriority(os.PRIO_PROCESS, thread)
-    os.setpriority(os.PRIO_PROCESS, thread, min(19, nice + _GIVES_WAY))
+    os.setpriority(os.PRIO_PROCESS, thread, min(19, nice + _NICENESS))

@@ -1,4 +1,4 @@
-"""Every message stream, declared once. Keys are built here and nowhere else."""
+"""Declares every message stream once. Keys are built only here."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ M_co = TypeVar("M_co", bound=Message, covariant=True)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Topic(Generic[M_co]):
-    """A stream: its key, its message, who writes and who reads it, its name in the log."""
+    """A stream: its key, its message, its writer and reader, its name in the log."""
 
     name: str
     message: type[M_co]
-    pattern: str | None = None  # None: does not leave the world process
+    pattern: str | None = None  # of its key; None if it does not leave the world process
     writer: str = "world"
-    reader: str | None = None  # the role that reads it; None: anyone who likes
+    reader: str | None = None  # the role that reads it; None if any program may read it
     logged_as: str | None = None
 
     @property
@@ -35,19 +35,19 @@ class Topic(Generic[M_co]):
         return self.logged_as
 
     def key(self, run: str, vehicle: int | str = "*") -> str:
-        """Zenoh key of this stream in `run`; `*` for all vehicles."""
+        """Return the Zenoh key of this stream in `run`; `*` stands for all vehicles."""
         if self.pattern is None:
             raise ValueError(f"{self.name} has no key")
         return f"zenvoy/{run}/{self.pattern.format(id=vehicle)}"
 
     def shared_key(self, run: str, process: str) -> str:
-        """Zenoh key of the streams of all vehicles that a process is, in `pb.Bundle`s."""
+        """Return the Zenoh key of a process for the streams of its vehicles, in `pb.Bundle`s."""
         if not self.per_vehicle:
-            raise ValueError(f"{self.name} is not of vehicles")
+            raise ValueError(f"{self.name} is not a stream of vehicles")
         return f"zenvoy/{run}/process/{process}/{self.name}"
 
     def keys(self, run: str) -> str:
-        """Key expression of this stream of all vehicles, whatever processes they are in."""
+        """Return the key expression of this stream for all vehicles, in whatever processes."""
         return f"zenvoy/{run}/*/*/{self.name}" if self.per_vehicle else self.key(run)
 
     @property
@@ -56,7 +56,7 @@ class Topic(Generic[M_co]):
         return self.pattern is not None and "{id}" in self.pattern
 
     def decode(self, payload: bytes) -> M_co:
-        """Message in `payload`; raises PayloadError where there is none."""
+        """Return the message in `payload`; raises PayloadError if there is none."""
         try:
             return self.message.FromString(payload)
         except DecodeError as error:
@@ -104,36 +104,37 @@ TOPICS: Final = (
 LOGGED: Final = tuple(
     topic for topic in TOPICS if topic.logged_as is not None and topic is not REALTIME
 )
-"""Topics of every log; REALTIME is in those of real time alone."""
+"""Topics of every log; only logs of real time also have REALTIME."""
 
 
 def plain_name(name: str) -> str:
     """Return the name of a run if it can be part of keys; raises ValueError for any other.
 
-    To Zenoh `*` and `$*` are wildcards, `/` separates, and `#`, `?` and `@` have a meaning too.
+    In Zenoh `*` and `$*` are wildcards, `/` is a separator, and `#`, `?` and `@` are special too.
     """
     if _PLAIN.fullmatch(name) is None:
         raise ValueError(
-            f"{name[:80]!r} is no name of a run; allowed: up to 100 of a-z, A-Z, 0-9, . _ and -"
+            f"{name[:80]!r} cannot be the name of a run; allowed: up to 100 of a-z, A-Z, 0-9, "
+            ". _ and -"
         )
     return name
 
 
 def vehicle_name(vehicle: int, size: int) -> str:
-    """Name of a vehicle's process, so that names sort: `vehicle-07` of 40."""
+    """Return the name of a vehicle's process, padded so that names sort: `vehicle-07` of 40."""
     return f"vehicle-{vehicle:0{max(2, len(str(size)))}d}"
 
 
 def alive_key(run: str, process: str = "*") -> str:
-    """Key of a process's liveliness token."""
+    """Return the key of a process's liveliness token."""
     return f"zenvoy/{run}/alive/{process}"
 
 
 def processes_key(run: str) -> str:
-    """Key of the queryable that answers with the processes of the run, as JSON."""
+    """Return the key of the queryable for the processes of the run, as JSON."""
     return f"zenvoy/{run}/processes"
 
 
 def scenario_key(run: str) -> str:
-    """Key of the queryable that answers with the effective scenario, as JSON."""
+    """Return the key of the queryable for the effective scenario, as JSON."""
     return f"zenvoy/{run}/scenario"

@@ -1,8 +1,8 @@
-"""Turns a request to end, and a lack of progress, into exceptions at blocking waits only.
+"""Turns a request to end, and a lack of progress, into exceptions, but only at blocking waits.
 
-A blocking receive can be left only by an exception from a signal handler, and such an exception
-must not hit the middle of anything else (a half-written record): so handlers raise while the
-process waits, and are remembered otherwise.
+Only an exception from a signal handler can interrupt a blocking receive. It must not interrupt
+anything else, such as the writing of a record. So handlers raise only while the process waits;
+otherwise the signal is remembered.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ T = TypeVar("T")
 
 _CHECKS_PER_LIMIT = 20
 _IDLE_S = 0.5
-_GRACE_S = 5.0  # from the request to end until the system ends the process
+_GRACE_S = 5.0  # from the request to end until the alarm kills the process
 
 
 class Blame(NamedTuple):
-    """What a process waits for, in words, and the processes that it should come from."""
+    """What a process waits for, in words, and the processes that should send it."""
 
     text: str
     culprits: tuple[str, ...] = ()
 
 
 class Watch:
-    """Watches one process's main thread; SIGTERM is the request to end.
+    """Watches the main thread of a process; SIGTERM is the request to end.
 
-    SIGTERM may be held until the context is entered: a request from before is remembered.
-    `stall_limit_s` None: wait for ever. `blame` says what is missing, or returns None
-    where somebody else should be blamed, who has until twice the limit to do so: it is told
-    whether that time has passed. `on_idle` is called out of a wait that has lasted for a while, and
-    again and again as it goes on.
+    SIGTERM may be blocked until the context is entered; an earlier request is then handled.
+    With `stall_limit_s` None a wait may last for ever. `blame` returns what is missing. It may
+    return None if another process should report the stall; its argument is True once twice the
+    limit has passed, when that process has had its chance. `on_idle` is called repeatedly during
+    long waits.
     """
 
     def __init__(
@@ -73,10 +73,10 @@ class Watch:
     ) -> None:
         if not self._stopped:
             signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the end is on its way already
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the process is ending already
 
     def wait(self, receive: Callable[[], T]) -> T:
-        """Result of a blocking call; raises StoppedError or StalledError out of it."""
+        """Return the result of a blocking call; raises StoppedError or StalledError during it."""
         self._waiting = True
         try:
             if self._stopped:
@@ -86,17 +86,17 @@ class Watch:
             self._waiting = False
 
     def progressed(self) -> None:
-        """Say that a barrier was met."""
+        """Note that a barrier was met."""
         self._progress += 1
 
-    def let_be(self) -> None:
-        """From now on a lack of progress is no business of this watch."""
+    def ignore_stalls(self) -> None:
+        """Stop watching for a lack of progress."""
         if not self._stopped:
             signal.setitimer(signal.ITIMER_REAL, 0)
 
     def _on_stop(self, _signal: int, _frame: FrameType | None) -> None:
         self._stopped = True
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm is final
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm ends the process
         signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
         if self._waiting:
             raise StoppedError("asked to end")
@@ -104,7 +104,7 @@ class Watch:
     def _on_alarm(self, _signal: int, _frame: FrameType | None) -> None:
         progress, since_ns = self._seen
         now_ns = wall_ns()
-        # Time in which this process was itself stopped, by Ctrl-Z say, is nobody's fault.
+        # Time in which this process itself was stopped, for example by Ctrl-Z, does not count.
         since_ns += max(0, now_ns - self._alarm_ns - 2 * self._every_ns)
         self._seen, self._alarm_ns = (progress, since_ns), now_ns
         if progress != self._progress:

@@ -1,4 +1,4 @@
-"""The Zenoh bus in lock-step: an agent steps when all that it waits for is there."""
+"""The Zenoh bus in lock-step: an agent steps when all messages that it waits for have come."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from zenvoy.bus.topics import Topic
 from zenvoy.bus.watch import Blame
 
 _WARY_STEPS: Final = 100  # after the last message that was refused
-_MOST_ROUNDS: Final = 1_000  # of emptying queues that fill again, before it looks at its own one
+_MAX_ROUNDS: Final = 1_000  # of emptying queues that fill again, before its own one is read
 
 
 class ZenohBus(Connection):
-    """Drives an agent in lock-step: each of its steps when all that it waits for is there.
+    """Drives an agent in lock-step: it steps when all messages that it waits for have come.
 
-    It waits for one stream at a time. Zenoh's thread of a link stands still as long as the queue of
-    another one is full, which no fleet can bring about by itself, but anyone who floods a key. So
-    where messages are refused, or nothing comes, all queues are emptied.
+    The bus waits for one stream at a time. Zenoh's thread of a link blocks while the queue of
+    another stream is full. A fleet cannot fill a queue, but a program that floods a key can. So all
+    queues are emptied when messages are refused, or when nothing comes.
     """
 
     def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
@@ -30,8 +30,8 @@ class ZenohBus(Connection):
         super().__init__(agent, wiring, log)
         self._agent = agent
         self._barrier: Barrier | None = None
-        self._reads: Topic[Any] | None = None  # the stream that it waits for
-        self._wary = 0  # steps for which to watch all queues
+        self._awaited_topic: Topic[Any] | None = None
+        self._wary = 0  # number of coming steps in which all queues are watched
         self._refused = 0
 
     def run(self) -> None:
@@ -52,13 +52,13 @@ class ZenohBus(Connection):
         has, wait = self._mailbox.has, self._watch.wait
         for topic, ids in barrier.needs:
             receive = self._subscribers[topic].recv
-            self._reads = topic
+            self._awaited_topic = topic
             while not has(topic, barrier.cycle, len(ids)):
                 self._take_in(topic, wait(receive))
-        self._reads = None
+        self._awaited_topic = None
 
     def _collect_warily(self, barrier: Barrier) -> None:
-        """The same without waiting for any one stream."""
+        """Collect the messages of a barrier by polling all queues, not waiting for one stream."""
         self._wary -= 1
         met, wait = self._mailbox.met, self._watch.wait
         self._empty_queues()
@@ -67,27 +67,28 @@ class ZenohBus(Connection):
             self._empty_queues()
 
     def _empty_queues(self, but: Topic[Any] | None = None) -> bool:
-        """Whether there was anything in them."""
+        """Empty the queues of all topics except `but`, and return whether they held anything."""
         found = False
         for topic, subscriber in self._subscribers.items():
             if topic is but:
                 continue
-            for _ in range(self._capacity):  # what comes meanwhile is for the next time
+            for _ in range(self._capacity):  # later arrivals are left for the next call
                 if (sample := subscriber.try_recv()) is None:
                     break
                 self._take_in(topic, sample)
                 found = True
-        if self._barrier is not None:  # before that, somebody waits for them
+        if self._barrier is not None:  # before the first step, `_wait_for_tokens` reads them
             self._note_tokens()
         return found
 
     def _stuck(self) -> None:
-        """Zenoh may be held up by a queue that nobody reads; the one that is read stays as it is.
+        """Empty the queues that are not read, as a full one may block Zenoh.
 
-        What was taken out of that one would be waited for until the next message comes.
+        The awaited queue is left alone: `_collect` blocks on it, and would not notice a message
+        that is taken from it here until the next one comes.
         """
-        for _ in range(_MOST_ROUNDS):
-            if not self._empty_queues(but=self._reads):
+        for _ in range(_MAX_ROUNDS):
+            if not self._empty_queues(but=self._awaited_topic):
                 break
             pause()
 
@@ -103,11 +104,11 @@ class ZenohBus(Connection):
 
     @property
     def _capacity(self) -> int:
-        """Messages of a topic that may wait to be read."""
+        """How many messages of a topic may wait to be read."""
         return 8 * len(self._wiring.vehicles) + 64
 
     def _blame(self, in_any_case: bool) -> Blame | None:
-        """What is missing, or None where it is the world that keeps this process waiting."""
+        """Return what is missing; None while the world, which it waits for, may report the stall."""
         if self._barrier is None:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)

@@ -72,20 +72,20 @@ def _name_and_endpoints(run: str, connect: Sequence[str]) -> tuple[str, tuple[st
 def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Scenario:
     """Return the scenario of the run; raises JoinError if the vehicle cannot join it."""
     try:
-        standing = ask(run, connect, limit_s)
+        state = ask(run, connect, limit_s)
     except NoAnswerError as error:
         raise JoinError(f"--run {run}: {error}") from error
     try:
-        scenario = Scenario.model_validate_json(standing.scenario)
+        scenario = Scenario.model_validate_json(state.scenario)
     except ValidationError as error:
         raise JoinError(f"--run {run}: its scenario is from another version of Zenvoy") from error
     size = scenario.fleet.size
     if not 1 <= vehicle <= size:
         raise JoinError(f"--id {vehicle}: is not in [1, {size}], the vehicles of the run")
     name = vehicle_name(vehicle, size)
-    if name in standing.present:
+    if name in state.present:
         raise JoinError(f"--id {vehicle}: {name} is in the run already")
-    for process, vehicles in standing.shared.items():
+    for process, vehicles in state.shared.items():
         if vehicle in vehicles:
             raise JoinError(
                 f"--id {vehicle}: shares the process {process}, which it cannot leave; "

@@ -1,8 +1,8 @@
 """Random numbers keyed by who and what, never taken in order of arrival.
 
 Philox4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3") maps a key and
-a counter to 128 random bits, with no state. numpy's own Philox draws streams, one generator
-object per key; here each frame and each reading has a key of its own, thousands per cycle.
+a counter to 128 random bits, without state. numpy's own Philox needs a generator object per key.
+Here each frame and each reading has its own key, so there are thousands per cycle.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ class Purpose(IntEnum):
 
 
 def numbered(purpose: int, number: int) -> int:
-    """One of many purposes of a kind, for instance of a channel's rules; 0: the kind itself."""
+    """Return one of many purposes of a kind, such as for a channel's rules; 0 is the kind."""
     return int(purpose) + 256 * number
 
 
 def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> list[Words]:
-    """Four words of 32 random bits, each of the counter's broadcast shape."""
+    """Return four words of 32 random bits, each of the counter's broadcast shape."""
     c0, c1, c2, c3 = counter
     for number in range(_ROUNDS):
         k0 = np.uint64((key[0] + number * _WEYL[0]) & 0xFFFFFFFF)
@@ -68,7 +68,7 @@ def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> 
 def uniforms(
     seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike
 ) -> tuple[Floats, Floats]:
-    """Two independent draws in [0, 1), of the broadcast shape of who, whom and number."""
+    """Return two independent draws in [0, 1), of the broadcast shape of who, whom and number."""
     key = (seed & 0xFFFFFFFF, seed >> 32)
     c0, c1, c2, c3 = (np.asarray(part, np.uint64) for part in (int(purpose), who, whom, number))
     w0, w1, w2, w3 = philox(key, (c0, c1, c2, c3))
@@ -76,7 +76,7 @@ def uniforms(
 
 
 def normals(seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
-    """Standard normal draws, the quantile of the first uniform one."""
+    """Return standard normal draws: the quantiles of the first uniform ones."""
     return normal_quantile(uniforms(seed, purpose, who, whom, number)[0])
 
 
@@ -97,6 +97,6 @@ class Draws:
 
 
 def _fraction(high: Words, low: Words) -> Floats:
-    """53 random bits as a double in [0, 1)."""
+    """Return 53 random bits as a double in [0, 1)."""
     bits = (high >> np.uint64(5)) * np.uint64(1 << 26) + (low >> np.uint64(6))
     return bits.astype(np.float64) / float(1 << 53)

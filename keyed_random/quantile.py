@@ -1,8 +1,8 @@
-"""The normal distribution's quantile, from the five operations that every processor rounds alike.
+"""The quantile of the normal distribution, from operations that round the same on every processor.
 
-log and cos of numpy and of the C library take other code on other processors, and other last bits.
-Sums, products, quotients, square roots and the split into mantissa and exponent are exact or
-rounded as IEEE 754 says, so what is made of them alone is the same everywhere.
+log and cos of numpy and of the C library run different code on different processors, and differ in
+their last bits. Sums, products, quotients, square roots and the split into mantissa and exponent
+are exact or rounded as IEEE 754 demands, so results from these alone are the same everywhere.
 """
 
 from __future__ import annotations
@@ -55,18 +55,21 @@ _FAR_TAIL: Final[tuple[Polynomial, Polynomial]] = (
 )  # fmt: skip
 
 _LN2: Final = 0.6931471805599453
-# ln m = 2 artanh((m - 1) / (m + 1)): odd powers, until |x| < 0.1716 to this power is no bit more.
+# ln m = 2 artanh((m - 1) / (m + 1)), up to the odd power of |x| < 0.1716 that changes no bit.
 _ARTANH: Final[Polynomial] = tuple(2.0 / n for n in range(21, 0, -2))
 _HALF_STEP: Final = 2.0**-54
 
 
 def normal_quantile(u: Floats) -> Floats:
-    """z with Φ(z) = u + 2⁻⁵⁴ for u = k 2⁻⁵³ in [0, 1), to about 16 digits; Φ is symmetric in k."""
+    """Return z with Φ(z) = u + 2⁻⁵⁴ for u = k 2⁻⁵³ in [0, 1), to about 16 digits.
+
+    Values are symmetric in k.
+    """
     q = u - 0.5
     near_zero = u + _HALF_STEP
     near_one = (1.0 - u) - _HALF_STEP
     below = q < 0.0
-    # The centre of each of 2⁵³ bins: neither 0 nor 1, and an exact mirror image.
+    # The centre of each of 2⁵³ bins is neither 0 nor 1, and has an exact mirror image.
     p = np.where(below, near_zero, near_one)
     size = 0.5 - p
     centre = size <= 0.425
@@ -80,7 +83,7 @@ def normal_quantile(u: Floats) -> Floats:
 
 
 def natural_log(x: Floats) -> Floats:
-    """ln x for x > 0, to within a few units of the last place (for x near 1, of 2⁻⁵³)."""
+    """Return ln x for x > 0, to a few units of the last place (of 2⁻⁵³ for x near 1)."""
     mantissa, exponent = np.frexp(x)
     low = mantissa < 0.7071067811865476
     m = np.where(low, 2.0 * mantissa, mantissa)

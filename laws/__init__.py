@@ -15,7 +15,7 @@ from zenvoy.laws.law import (
     Setpoint,
 )
 from zenvoy.laws.relative import Motion, Number, Relative
-from zenvoy.laws.table import bring, builtin, find, law_of, parameters_from
+from zenvoy.laws.table import builtin, find, law_of, parameters_from, register
 
 __all__ = [
     "Column",
@@ -32,13 +32,13 @@ __all__ = [
     "Relative",
     "Setpoint",
     "Tracker",
-    "bring",
     "builtin",
     "clipped",
     "find",
     "larger",
     "law_of",
     "parameters_from",
+    "register",
     "root",
     "smaller",
     "where",

@@ -19,7 +19,7 @@ from zenvoy.laws.code import Code, code_of
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Law
-from zenvoy.laws.table import bring, builtin
+from zenvoy.laws.table import builtin, register
 
 
 class Kind(NamedTuple):
@@ -54,7 +54,7 @@ def resolve(
     full = f"{target}#{code.digest}"
     if isinstance(law, Law) and not law.version:
         law = replace(law, version=code.version)
-    bring(full, law)
+    register(full, law)
     return full
 
 

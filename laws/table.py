@@ -14,7 +14,7 @@ from zenvoy.laws import library
 from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Law
 
-_brought: dict[str, Law | Estimator] = {}
+_registered: dict[str, Law | Estimator] = {}
 
 
 @cache
@@ -26,14 +26,14 @@ def builtin() -> Mapping[str, Law]:
     return MappingProxyType({law.name: law for law in laws})
 
 
-def bring(reference: str, law: Law | Estimator) -> None:
+def register(reference: str, law: Law | Estimator) -> None:
     """Register a law or an estimator by its reference, here and in forked processes."""
-    _brought[reference] = law
+    _registered[reference] = law
 
 
 def find(reference: str) -> Law | None:
     """Return the law of a name or reference; None where it is not registered here."""
-    law = builtin().get(reference) or _brought.get(reference)
+    law = builtin().get(reference) or _registered.get(reference)
     return law if isinstance(law, Law) else None
 
 
@@ -47,7 +47,7 @@ def law_of(reference: str) -> Law:
 
 def estimator_of(reference: str) -> Estimator:
     """Return the estimator of a registered reference; raises KeyError for others."""
-    estimator = _brought.get(reference)
+    estimator = _registered.get(reference)
     if not isinstance(estimator, Estimator):
         raise KeyError(reference)
     return estimator

@@ -1,6 +1,6 @@
 """CACC with constant spacing, from radar and from reports of the vehicle ahead and the leader.
 
-This is PATH's law, and Plexe's CACC: Rajamani, "Vehicle Dynamics and Control", 2nd ed., section 7.5.
+This is the law of PATH and Plexe: Rajamani, "Vehicle Dynamics and Control", 2nd ed., section 7.5.
 """
 
 from __future__ import annotations

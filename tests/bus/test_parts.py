@@ -62,7 +62,7 @@ def test_a_piece_that_was_changed_spoils_its_payload() -> None:
     joiner = Joiner()
     (first, attachment), second = split(bytes(2 * MAX_PAYLOAD_BYTES))
     assert joiner.join("s", first[:-1] + b"!", attachment) is None
-    with pytest.raises(PayloadError, match="do not make the whole"):
+    with pytest.raises(PayloadError, match="does not match its checksum"):
         joiner.join("s", *second)
     assert [joiner.join("s", *piece) for piece in ((first, attachment), second)][1] is not None
 
@@ -77,7 +77,7 @@ def test_a_piece_that_comes_again_is_refused() -> None:
 
 
 def test_pieces_that_nothing_comes_of_are_dropped_the_oldest_first() -> None:
-    joiner = Joiner(most_kept_bytes=10 * MAX_PAYLOAD_BYTES)
+    joiner = Joiner(max_kept_bytes=10 * MAX_PAYLOAD_BYTES)
     payloads = [bytes([number]) * 2 * MAX_PAYLOAD_BYTES for number in range(50)]
     for payload in payloads:
         assert joiner.join("s", *next(split(payload))) is None

@@ -126,7 +126,7 @@ def test_keys_of_a_process() -> None:
     assert SENSE.shared_key("r1", "vehicles-01-02") == "zenvoy/r1/process/vehicles-01-02/sense"
     assert BEACON.keys("r1") == "zenvoy/r1/*/*/beacon"
     assert LINKS.keys("r1") == LINKS.key("r1")
-    with pytest.raises(ValueError, match="links is not of vehicles"):
+    with pytest.raises(ValueError, match="links is not a stream of vehicles"):
         LINKS.shared_key("r1", "vehicles-01-02")
 
 

@@ -53,7 +53,7 @@ def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None
         ({"channel": [7]}, "channel: 0: Input should be a valid string"),
         ({"world": "tcp/a:1"}, "world: Input should be a valid array"),
         ({"run": 7}, "run: Input should be a valid string"),
-        ({"run": "**"}, "run: Value error, '\\*\\*' is no name of a run"),
+        ({"run": "**"}, "run: Value error, '\\*\\*' cannot be the name of a run"),
     ],
 )
 def test_what_makes_no_sense_is_refused(tmp_path: Path, told: dict[str, Any], wrong: str) -> None:
@@ -137,13 +137,15 @@ def refused(folder: Path, *arguments: str) -> str:
 
 @pytest.mark.parametrize("name", ["a*", "$*", "**", "", "a//b", "a#b?c", "$x", "@x", "a b", "ä"])
 def test_only_a_plain_name_becomes_a_key(name: str) -> None:
-    with pytest.raises(ValueError, match="is no name of a run; allowed: up to 100 of"):
+    with pytest.raises(ValueError, match="cannot be the name of a run; allowed: up to 100 of"):
         plain_name(name)
 
 
 def test_a_vehicle_refuses_what_is_no_name_and_no_time(tmp_path: Path) -> None:
     there = ("--connect", "tcp/127.0.0.1:1")
-    assert refused(tmp_path, "--run", "**", *there).startswith("--run: '**' is no name of a run")
+    assert refused(tmp_path, "--run", "**", *there).startswith(
+        "--run: '**' cannot be the name of a run"
+    )
     for time_s in ("1e30", "nan", "0", "-1", "inf"):
         told = refused(tmp_path, "--run", "r", "--timeout-s", time_s, *there)
         assert told == f"--timeout-s {float(time_s):g}: is not in [0.1, 86400]\n"

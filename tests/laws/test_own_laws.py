@@ -277,11 +277,14 @@ def refusal(folder: Path, control: str) -> str:
             "has a module none  (s.yaml, line 1)",
         ),
         ('model: "idm:smit"', "control.model: 'idm:smit': idm.py has no smit; allowed: smith"),
-        ('model: "idm:idm"', "control.model: 'idm:idm': idm.py has a value that is no Law, idm;"),
+        (
+            'model: "idm:idm"',
+            "control.model: 'idm:idm': idm.py has a value that is not a Law, idm;",
+        ),
         ('model: "os:path"', "control.model: 'os:path': there is no os.py beside it"),
         (
             'model: "../out.py:x"',
-            "control.model: '../out.py:x': its file does not lie beside the scenario; --allow-code",
+            "control.model: '../out.py:x': its file is not beside the scenario; --allow-code",
         ),
         ('model: "bad:x"', "control.model: 'bad:x': bad.py cannot be run: SyntaxError"),
         (
@@ -328,7 +331,7 @@ def test_code_from_elsewhere_runs_only_by_leave(laws: Path) -> None:
     (laws / "s.yaml").write_text('control: {model: "../away.py:smith"}')
     assert zenvoy(laws, "check", "s.yaml").code == 2
     assert zenvoy(laws, "check", "s.yaml", "--allow-code").code == 0
-    with pytest.raises(api.ScenarioError, match="does not lie beside the scenario"):
+    with pytest.raises(api.ScenarioError, match="is not beside the scenario"):
         api.scenario(laws / "s.yaml")
     found = api.scenario(laws / "s.yaml", allow_code=True).scenario.control.model
     assert found.startswith("../away.py:smith#")
