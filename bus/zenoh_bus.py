@@ -108,7 +108,7 @@ class ZenohBus(Connection):
         return 8 * len(self._wiring.vehicles) + 64
 
     def _blame(self, in_any_case: bool) -> Blame | None:
-        """Return what is missing; None while the world, which it waits for, may report the stall."""
+        """Return what is missing; None while the world, which is late, may report it."""
         if self._barrier is None:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
