@@ -49,7 +49,7 @@ def _of_file(path: Path, folder: Path | None, digest: str, *, allow_code: bool) 
     real = path.resolve()
     inside = folder is not None and real.is_relative_to(folder.resolve())
     if not inside and not allow_code:
-        raise UnknownLawError("its file does not lie beside the scenario; --allow-code runs it")
+        raise UnknownLawError("its file is not beside the scenario; --allow-code runs it")
     if not real.is_file():
         raise UnknownLawError(f"there is no file {path.name}")
     sources = sources_of_file(real)
