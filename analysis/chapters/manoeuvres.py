@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.instants import row_at
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
@@ -156,7 +157,7 @@ def _at(time_s: Floats, values: Floats, at_s: float) -> float | None:
     """Return the value in the cycle that begins at that time; None after the end of the run."""
     if at_s > time_s[-1] + 1e-9:
         return None
-    return float(values[int(np.searchsorted(time_s, at_s - 1e-9))])
+    return float(values[row_at(time_s, at_s)])
 
 
 def _reached_s(time_s: Floats, values: Floats, change: Change, until_s: float) -> float | None:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.distribution import Steps, steps
-from zenvoy.analysis.measures.instants import instants_s
+from zenvoy.analysis.measures.instants import instants_s, row_at
 from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import Happening, happenings
@@ -166,7 +166,7 @@ def _snapshots(runs: Sequence[Labelled]) -> Figure:
     )
     for axes, at_s in zip(grid.flat, instants, strict=False):
         for (_, run), look in zip(runs, _lines(runs), strict=True):
-            row = int(np.argmin(np.abs(run.time_s - at_s)))
+            row = row_at(run.time_s, at_s)
             vehicles = np.arange(1, run.vehicles + 1)
             axes.plot(vehicles, run.truth["speed"][row], marker=".", ms=3, lw=0.8, **look)
         axes.set_title(f"{at_s:g} s", loc="left")

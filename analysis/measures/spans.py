@@ -73,10 +73,13 @@ def first_disturbance(events: Sequence[pb.Event]) -> Disturbance | None:
 
 
 def spans(disturbed: Sequence[Disturbance], end_s: float) -> list[Span]:
-    """Return the spans before the first disturbance, of the dip, and at the run's end `end_s`."""
+    """Return the spans before the first disturbance, of the dip, and at the run's end `end_s`.
+
+    `disturbed` is in order of start, as `disturbances` returns it.
+    """
     found = []
     if disturbed:
-        first = min(disturbed, key=lambda one: one.start_s)
+        first = disturbed[0]
         first_s, last_s = first.start_s, max(one.end_s for one in disturbed)
         before = "before_braking" if first.kind == "brake" else "before_disturbance"
         found += [

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.fallbacks import fallbacks
-from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper
+from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper, row_at
 from zenvoy.analysis.measures.links import arrived
 from zenvoy.analysis.measures.metrics import Accuracy, accuracy, max_distance, min_distance
 from zenvoy.analysis.measures.punctuality import missed_decisions, punctuality, quantiles
@@ -71,14 +71,15 @@ def _distances(run: Run) -> Summary:
     truth, time_s = run.truth, run.time_s
     gap = gaps(truth["position"], run.scenario.ring_length_m)
     smallest, largest = min_distance(gap), max_distance(gap)
-    then = np.flatnonzero(time_s >= PAPER_SPREAD_S) if of_paper(run) else np.zeros(0, np.int64)
+    row = row_at(time_s, PAPER_SPREAD_S)
+    spread = float(truth["speed"][row].std()) if of_paper(run) and row < len(time_s) else None
     return {
         "smallest_gap_m": float(np.nanmin(gap)),
         "distance_m": {
             span.name: _span(distances(span, time_s, smallest, largest))
             for span in sorted(spans(disturbances(run.events), time_s[-1]))
         },
-        "speed_spread_at_100_s_mps": (float(truth["speed"][then[0]].std()) if then.size else None),
+        "speed_spread_at_100_s_mps": spread,
     }
 
 

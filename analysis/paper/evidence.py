@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.measures.digest import Digest
+from zenvoy.analysis.measures.instants import row_at
 from zenvoy.analysis.measures.statistics import Mean, mean_of
 
 Floats = NDArray[np.float64]
@@ -72,7 +73,7 @@ def lowest(run: Digest, name: str, from_s: float, to_s: float) -> float:
 
 def at(run: Digest, name: str, time_s: float) -> float:
     """Return the value at an instant; NaN where the run had ended."""
-    row = int(np.searchsorted(run.time_s, time_s - 1e-9))
+    row = row_at(run.time_s, time_s)
     return float(getattr(run, name)[row]) if row < len(run.time_s) else float("nan")
 
 
