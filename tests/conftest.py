@@ -1,6 +1,6 @@
 """Runs the `zenvoy` command as its users do, and reads the logs that it leaves.
 
-Nothing here waits for a time to pass: every wait is for a fact, and fails by name after LIMIT_S.
+Every wait is for a fact, never for a time, and fails by name after LIMIT_S.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a command left: its exit code and what it printed."""
+    """The exit code of a command, and what it printed."""
 
     code: int
     out: str
@@ -155,12 +155,12 @@ class Command:
 
     @property
     def pid(self) -> int:
-        """Of the command itself; also the number of its process group."""
+        """Process id of the command, which is also that of its process group."""
         return self._process.pid
 
     @property
     def out(self) -> str:
-        """What it has printed so far."""
+        """Return what the command has printed so far."""
         return self._out.read_text(encoding="utf-8")
 
     def children(self) -> dict[str, list[str]]:
@@ -186,13 +186,13 @@ class Command:
         return self._pids
 
     def wait_for_cycles(self, log: Path) -> None:
-        """Return once the log on disk tells of a cycle."""
+        """Return once the log on disk has reached a cycle."""
 
         def told() -> bool:
             big_enough = log.exists() and log.stat().st_size > 20_000
             return self._ended() or (big_enough and bool(read_log(log).of("/fleet/truth")))
 
-        wait_until(told, f"{log} tells of a cycle")
+        wait_until(told, f"{log} has reached a cycle")
         assert not self._ended(), self.wait()
 
     def send(self, number: signal.Signals) -> None:
@@ -208,7 +208,7 @@ class Command:
         signal.pidfd_send_signal(self._pidfds[name], number)
 
     def wait(self, limit_s: float = LIMIT_S) -> Outcome:
-        """What it left when it has ended."""
+        """Return the outcome when the command has ended."""
         try:
             code = self._process.wait(limit_s)
         except subprocess.TimeoutExpired:
@@ -225,7 +225,7 @@ class Command:
         ]
 
     def close(self) -> None:
-        """End whatever is left of it."""
+        """End all processes of the command that are left."""
         if self._process.poll() is None or self.left(0.0):
             self.send_to_group(signal.SIGKILL)
         self._process.wait(LIMIT_S)

@@ -1,4 +1,4 @@
-"""Mutated logs through every command that reads logs: none ends in a traceback, or not at all.
+"""Runs every command that reads logs on mutated logs: none may end in a traceback, or hang.
 
     python -m tests.mutated_logs [MUTANTS] [--seed SEED] [--draw PICTURES]
 
@@ -86,7 +86,7 @@ class Mutant(NamedTuple):
     kind: str
     content: bytes
     audible: bool
-    """Whether what was changed must be told of."""
+    """Whether what was changed must be reported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -391,9 +391,9 @@ class Mutator:
 class Outcome:
     """What became of the mutants, by kind; of those that went wrong, how."""
 
-    told: Counter[str] = field(default_factory=Counter)
+    reported: Counter[str] = field(default_factory=Counter)
     """Read with notes."""
-    quiet: Counter[str] = field(default_factory=Counter)
+    unnoticed: Counter[str] = field(default_factory=Counter)
     """Read without a word, of kinds where that is no fault."""
     refused: Counter[str] = field(default_factory=Counter)
     tried: int = 0
@@ -447,17 +447,17 @@ class Trial:
             if len(set(codes)) != 1 or any(t.count("\n") != 1 for t in texts[:3]):
                 self.outcome.wrong.append(f"{number} {mutant.kind}: {codes} {texts}")
         elif all(texts):
-            self.outcome.told[mutant.kind] += 1
+            self.outcome.reported[mutant.kind] += 1
         elif mutant.audible:
             self.outcome.wrong.append(f"{number} {mutant.kind}: not a word in one of {texts}")
         else:
-            self.outcome.quiet[mutant.kind] += 1
+            self.outcome.unnoticed[mutant.kind] += 1
 
     def _command(self, number: int, kind: str, arguments: tuple[str, ...]) -> tuple[int, str]:
         """Exit code, and what was printed on stderr."""
-        told = StringIO()
+        errors = StringIO()
         try:
-            with _limited(), self._drawing(), redirect_stdout(StringIO()), redirect_stderr(told):
+            with _limited(), self._drawing(), redirect_stdout(StringIO()), redirect_stderr(errors):
                 code = self._zenvoy.main([*arguments], prog_name="zenvoy", standalone_mode=False)
         except SlowError:
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]} takes too long")
@@ -466,7 +466,7 @@ class Trial:
             trace = "".join(traceback.format_exception(error)[-6:])
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]}: {trace}")
             return -1, ""
-        return int(code or 0), told.getvalue()
+        return int(code or 0), errors.getvalue()
 
     @contextmanager
     def _drawing(self) -> Iterator[None]:
@@ -527,7 +527,7 @@ def tried(
     say: Callable[[Outcome, list[str]], None] = lambda _, __: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Outcome:
-    """Make mutants and take each through the commands; `say` is told after each what went wrong."""
+    """Make mutants and take each through the commands; `say` gets what went wrong after each."""
     with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as name:
         folder = Path(name)
         mutator = Mutator(bases(folder), seed)
@@ -555,16 +555,18 @@ def main() -> int:
     parser.add_argument("mutants", type=int, nargs="?", default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--draw", type=int, default=400, metavar="PICTURES")
-    told = parser.parse_args()
+    arguments = parser.parse_args()
     asked: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
     os.environ.setdefault("COLUMNS", "400")  # lines that are not wrapped take less time
-    outcome = tried(told.mutants, told.seed, told.draw, say=_say, enough=lambda: bool(asked))
+    outcome = tried(
+        arguments.mutants, arguments.seed, arguments.draw, say=_say, enough=lambda: bool(asked)
+    )
     print(f"{outcome.tried} mutants")
-    kinds = sorted(outcome.refused | outcome.told | outcome.quiet)
-    print(f"{'kind':<28}{'refused':>9}{'notes':>9}{'no word':>9}")
+    kinds = sorted(outcome.refused | outcome.reported | outcome.unnoticed)
+    print(f"{'kind':<28}{'refused':>9}{'notes':>9}{'silent':>9}")
     for kind in kinds:
-        counts = (outcome.refused[kind], outcome.told[kind], outcome.quiet[kind])
+        counts = (outcome.refused[kind], outcome.reported[kind], outcome.unnoticed[kind])
         print(f"{kind:<28}" + "".join(f"{count:>9}" for count in counts))
     print(f"pictures: {outcome.drawn} drawn, {outcome.not_drawn} not drawn")
     print("slowest command: {:.1f} s, {}".format(*outcome.slowest))

@@ -11,7 +11,7 @@ VOID: Final = {"meta", "img", "br", "hr", "link", "input"}
 
 @dataclass
 class Read(HTMLParser):
-    """What a page holds; fails on tags that are not closed in order."""
+    """The contents of a page; fails on tags that are not closed in order."""
 
     open: list[str] = field(default_factory=list)
     tags: list[tuple[str, dict[str, str | None]]] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Cases out of the public trackers of other tools: what their users tripped over, tried here.
+"""Cases from the public issue trackers of other tools, tried with Zenvoy.
 
 Traces as SUMO, Plexe, OpenACC and drive cycles publish them stand in tests/recordings.py, Plexe's
 braking platoon in test_plexe_braking.py, netem's gemodel and state in test_burst_loss.py, and
@@ -28,8 +28,8 @@ sensors: {error: 0}
 """
 
 
-def test_plexe_25_cacc_falls_back_when_nobody_is_heard(tmp_path: Path) -> None:
-    """Users ask for ACC when nothing is heard; here a vehicle falls back to FM, and returns."""
+def test_plexe_25_cacc_falls_back_when_no_beacon_arrives(tmp_path: Path) -> None:
+    """Users ask for ACC when no beacon arrives; here a vehicle falls back to FM, and returns."""
     silence = "channel: {outages: [{from_s: 5, until_s: 13}]}\n"
     log = load(write_log(tmp_path / "run.mcap", PLATOON + silence))
     modes = [set(log.estimate["mode"][cycle, 1:]) for cycle in (40, 100, 180)]
@@ -47,7 +47,7 @@ def test_artery_333_dynamic_beacons_are_fewer_than_fixed_ones(tmp_path: Path) ->
 
 
 def test_plotjuggler_1037_both_times_of_a_message_are_the_same(tmp_path: Path) -> None:
-    """It reads one time or the other, and takes them as times since 1970."""
+    """PlotJuggler reads one of the times, and takes it as time since 1970."""
     log = read_log(write_log(tmp_path / "run.mcap", PLATOON.replace("20", "1")))
     assert {one.log_time - one.publish_time for one in log.messages} == {0}
     assert min(one.log_time for one in log.messages) == 946_684_800 * 10**9
@@ -63,7 +63,7 @@ def test_mcap_1220_a_length_that_is_not_there_takes_no_memory(tmp_path: Path, le
 
 
 def test_mcap_697_a_cut_log_says_up_to_where_it_was_read(tmp_path: Path) -> None:
-    """An unexpected end of file was all that there was to see."""
+    """There users saw only an unexpected end of file."""
     path = write_log(tmp_path / "run.mcap", PLATOON)
     path.write_bytes(path.read_bytes()[:-2_000])
     assert any(note.startswith("the log is cut: read up to ") for note in load(path).notes)

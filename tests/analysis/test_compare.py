@@ -1,4 +1,4 @@
-"""`zenvoy compare`: runs beside each other, in tables, pictures and words."""
+"""`zenvoy compare` compares runs in tables, pictures and words."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def compared(folder: Path, *names: str) -> list[Compared]:
-    """Runs under the names of their scenarios."""
+    """Return runs with the names of their scenarios."""
     runs = {name: load(folder / f"{name}.mcap") for name in names}
     return [Compared(label=name, run=run, summary=summary_of(run)) for name, run in runs.items()]
 
 
 def sheet(of: Sequence[Compared], name: str) -> Sheet:
-    """A table of a comparison by its name."""
+    """Return a table of a comparison by its name."""
     sheets = [sheet for section in comparison(of) for sheet in section.sheets]
     return next(sheet for sheet in sheets if sheet.name == name)
 

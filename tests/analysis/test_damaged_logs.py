@@ -1,4 +1,4 @@
-"""Logs that are wrong are told of: no byte changes without a word, no gap closes over itself."""
+"""Damaged logs are reported: no changed byte and no gap goes unnoticed."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ TABLES: Final = ("/fleet/truth", "/fleet/radar", "/fleet/estimate", "/fleet/comm
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of 30 cycles, with a chunk for about every fifth of them."""
+    """Write a log of 30 cycles, with a chunk for about every fifth of them."""
     file = tmp_path_factory.mktemp("damaged") / "run.mcap"
     return write_log(file, SCENARIO, clock=chunk_every(5))
 
@@ -78,7 +78,7 @@ def written(path: Path, content: bytes) -> Path:
 
 
 def said(log: Path) -> str:
-    """What is told of a log that is wrong: notes, or why it is refused, in a line."""
+    """Return the notes of a damaged log, or why it is refused, in one line."""
     try:
         return "\n".join(load(log).notes)
     except LogError as error:
@@ -86,14 +86,14 @@ def said(log: Path) -> str:
 
 
 def chunks(records: list[Record]) -> list[int]:
-    """Where the chunks are among the records."""
+    """Return the indices of the chunks among the records."""
     found = [i for i, record in enumerate(records) if record.opcode == Opcode.CHUNK]
     assert len(found) > 4
     return found
 
 
 def assert_begins(run: Run, whole: Run) -> None:
-    """Row k is cycle k, as in the whole log."""
+    """Check that row k is cycle k, as in the whole log."""
     for topic in TABLES:
         table = run[topic]
         np.testing.assert_array_equal(table["cycle"], np.arange(len(table["cycle"])))
@@ -113,7 +113,7 @@ def test_no_bit_changes_without_a_word(path: Path, content: bytes, data: Any) ->
 
 
 def test_a_chunk_of_another_opcode_is_missed(path: Path, content: bytes, whole: Run) -> None:
-    """A reader passes over records that it does not know: the cycles in them are missing."""
+    """A reader skips records that it does not know, so the cycles in them are missing."""
     records = taken_apart(content)
     at = chunks(records)[2]
     records[at] = records[at]._replace(opcode=0x55)
@@ -133,7 +133,7 @@ def test_a_chunk_of_another_opcode_is_missed(path: Path, content: bytes, whole: 
 
 
 @pytest.mark.parametrize("what", ["dropped", "doubled", "swapped"])
-def test_chunks_that_are_not_what_they_were_are_told_of_though_every_crc_is_good(
+def test_chunks_that_are_not_what_they_were_are_reported_though_every_crc_is_good(
     path: Path, content: bytes, whole: Run, what: str
 ) -> None:
     records = taken_apart(content)
@@ -156,7 +156,7 @@ def test_chunks_that_are_not_what_they_were_are_told_of_though_every_crc_is_good
 
 
 @pytest.mark.parametrize("name", [RUN, RESULT])
-def test_metadata_that_was_changed_is_told_of_in_a_cut_log_too(
+def test_metadata_that_was_changed_is_reported_in_a_cut_log_too(
     path: Path, content: bytes, name: str
 ) -> None:
     key, value = {RUN: ("seed", b"5"), RESULT: ("end", b"complete")}[name]
@@ -171,7 +171,7 @@ def test_metadata_that_was_changed_is_told_of_in_a_cut_log_too(
         assert "metadata zenvoy.run has seed 6, effective.json 5" in run.notes
 
 
-def test_an_attachment_that_was_changed_is_told_of(path: Path, content: bytes) -> None:
+def test_an_attachment_that_was_changed_is_reported(path: Path, content: bytes) -> None:
     changed = content.replace(b"seed: 5\nfleet", b"seed: 6\nfleet")
     run = load(written(path, changed[:-1]))
     assert "attachment 'scenario.yaml' does not match its CRC" in run.notes
@@ -199,10 +199,10 @@ def test_a_chunk_that_lies_is_damage(
     assert "--salvage" in str(refused.value)
 
 
-def bomb(records: list[Record], size: int, told: int | None) -> bytes:
-    """A log with a chunk that unpacks to `size` zeros, and says that it does to `told`."""
-    compressor = zstandard.ZstdCompressor(write_content_size=told is None).compressobj(
-        size=size if told is None else -1
+def bomb(records: list[Record], size: int, claimed: int | None) -> bytes:
+    """A log with a chunk that unpacks to `size` zeros, and claims `claimed`."""
+    compressor = zstandard.ZstdCompressor(write_content_size=claimed is None).compressobj(
+        size=size if claimed is None else -1
     )
     block, parts, crc = bytes(1 << 20), [], 0
     for _ in range(size >> 20):
@@ -213,19 +213,19 @@ def bomb(records: list[Record], size: int, told: int | None) -> bytes:
     changed = replace(
         chunk_of(records[at]),
         data=b"".join(parts),
-        uncompressed_size=size if told is None else told,
+        uncompressed_size=size if claimed is None else claimed,
         uncompressed_crc=crc,
     )
     records = [*records[:at], record_of(changed), *records[at + 1 :]]
     return with_data_crc(put_together(records))
 
 
-@pytest.mark.parametrize("told", [None, 1 << 20, 60 << 20])
+@pytest.mark.parametrize("claimed", [None, 1 << 20, 60 << 20])
 def test_a_chunk_that_unpacks_to_gigabytes_takes_no_gigabytes(
-    path: Path, content: bytes, told: int | None
+    path: Path, content: bytes, claimed: int | None
 ) -> None:
-    """Whether it says so, or says less, or nothing."""
-    log = written(path, bomb(taken_apart(content), 1 << 30, told))
+    """It may state that size, a smaller one, or none."""
+    log = written(path, bomb(taken_apart(content), 1 << 30, claimed))
     assert log.stat().st_size < 1_000_000
     program = """
 import resource, sys
@@ -308,7 +308,7 @@ def test_no_messages_at_all_is_a_log_of_nothing(path: Path, content: bytes) -> N
 
 @pytest.mark.parametrize("value", [None, "many", "-1", ""])
 @pytest.mark.parametrize(("name", "key"), [(RUN, "seed"), (RUN, "vehicles"), (RESULT, "cycles")])
-def test_metadata_without_a_key_or_with_text_for_a_number_is_made_good_and_told_of(
+def test_metadata_without_a_key_or_with_text_for_a_number_is_corrected_and_reported(
     path: Path, whole: Run, name: str, key: str, value: str | None
 ) -> None:
     log = read_log(path)
@@ -334,7 +334,7 @@ def test_a_scenario_may_have_any_name_whatever_the_log_is_called(
     assert run.notes == ()
 
 
-def test_a_channel_record_that_is_gone_is_told_of(path: Path, content: bytes) -> None:
+def test_a_channel_record_that_is_gone_is_reported(path: Path, content: bytes) -> None:
     records = taken_apart(content)
     at = chunks(records)[0]
     chunk = chunk_of(records[at])
@@ -520,9 +520,9 @@ def test_the_index_of_chunks_takes_little_memory_and_comes_out_as_it_went_in(
 
 
 def test_mutants_end_in_a_line_or_in_notes() -> None:
-    """A part of what `python -m tests.mutated_logs` does with ten thousand."""
+    """This is a sample of what `python -m tests.mutated_logs` does with ten thousand logs."""
     outcome = tried(60, seed=11, pictures=2)
     assert not outcome.wrong, outcome.wrong[:3]
     assert outcome.drawn == 2
     assert sum(outcome.refused.values()) > 5
-    assert sum(outcome.told.values()) > 20
+    assert sum(outcome.reported.values()) > 20

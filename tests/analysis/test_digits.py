@@ -1,4 +1,4 @@
-"""Numbers in tables: digits that tell something, and the same number of them down a column."""
+"""Numbers in tables have only significant digits, and the same number of them in a column."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_number_by_itself(cell: Cell, expected: str) -> None:
 
 @given(st.lists(st.floats(min_value=1e-3, max_value=1e6), min_size=1))
 def test_what_is_written_is_what_was_meant(column: list[float]) -> None:
-    """Within a part in 1,000 for the largest, a digit at the least of every other."""
+    """The largest number is right to 1 in 1,000, and every other has at least one digit."""
     for value, written in zip(column, texts(column), strict=True):
         tolerance = 1e-3 if value == max(column) else 0.51
         assert read(written) == pytest.approx(value, rel=tolerance)

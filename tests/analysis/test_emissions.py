@@ -1,4 +1,4 @@
-"""Fuel and CO₂ by hand, and against what the program of SUMO says."""
+"""Fuel and CO₂ are compared with hand calculations and with SUMO's program."""
 
 from __future__ import annotations
 

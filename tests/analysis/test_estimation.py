@@ -1,4 +1,4 @@
-"""The chapter on estimation: against closed forms, filterpy, scipy, and the log itself."""
+"""The chapter on estimation agrees with closed forms, filterpy, scipy, and the log itself."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def section(run: Run) -> Section:
 
 
 def cell(sheet: Sheet, column: str, *row: str) -> Any:
-    """Cell of the row that begins with these cells."""
+    """Return a cell of the row that begins with these cells."""
     found = [cells for cells in sheet.rows if cells[: len(row)] == row]
     assert len(found) == 1
     return found[0][sheet.columns.index(column)]
@@ -157,7 +157,7 @@ def simulate(
     return filters[0], [np.array(column) for column in told]
 
 
-def test_the_innovation_is_told_by_the_residual() -> None:
+def test_the_innovation_follows_from_the_residual() -> None:
     """νᵀ S⁻¹ ν from what the filter predicted is (z - x̂)ᵀ (R - P)⁻¹ (z - x̂) from what is logged."""
     kalman, (_, z, x, p, y, s) = simulate(runs=3, steps=50, process=0.5, reading=2.0)
     left = np.einsum("tri,tij,trj->tr", y, np.linalg.inv(s), y)
@@ -358,7 +358,7 @@ events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
 
 
 def test_one_that_estimates_nothing_is_not_shown(folder: Path) -> None:
-    """Also where it is the one that brakes, as a human driver among others."""
+    """This holds even if it is the one that brakes, such as a human driver among others."""
     text = """
 duration_s: 6
 fleet: {size: 5, groups: [{name: humans, vehicles: "2, 3", model: FM, beacons: false}]}

@@ -1,4 +1,4 @@
-"""Means over seeds, figures of digests, and what claims make of them."""
+"""Means over seeds, figures of digests, and the verdicts on claims."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_one_value_has_no_interval() -> None:
 
 
 def made(seed: int = 1, end_s: float = 500.0, **columns: Any) -> Digest:
-    """A digest of a run in which nothing happens, but for the columns given."""
+    """Return the digest of an uneventful run, with the given columns replaced."""
     time_s = np.arange(0.0, end_s + 0.05, 0.1)
     steady = {
         "min_distance": 36.0,
@@ -91,7 +91,7 @@ def made(seed: int = 1, end_s: float = 500.0, **columns: Any) -> Digest:
 def evidence(
     of_case: Mapping[str, dict[str, Any]] = MappingProxyType({}), end_s: float = 500.0
 ) -> Evidence:
-    """Three seeds that differ by a little; `of_case`: columns by number of the case."""
+    """Return three slightly different seeds; `of_case` holds columns by the number of the case."""
     runs: dict[str, tuple[Digest, ...]] = {}
     for label in [case(model, pair) for model in MODELS for pair in PAIRS]:
         columns = of_case.get(label, {})

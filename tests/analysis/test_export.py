@@ -1,4 +1,4 @@
-"""Tables that are written and read again, against the log itself."""
+"""Exported tables are read again and compared with the log."""
 
 from __future__ import annotations
 

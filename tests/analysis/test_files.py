@@ -1,4 +1,4 @@
-"""What an analysis writes: tables with all their digits, files that are whole or not there."""
+"""An analysis writes tables with all digits, and files that are whole or absent."""
 
 from __future__ import annotations
 

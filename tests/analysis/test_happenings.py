@@ -1,4 +1,4 @@
-"""What happened in a run: told in words, and shown on every axis of time."""
+"""What happened in a run is described in words, and marked on every time axis."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return load(write_log(tmp_path_factory.mktemp("busy") / "run.mcap", BUSY))
 
 
-def test_everything_that_happened_is_told_in_order(run: Run) -> None:
-    """And nothing that was to happen after the end."""
+def test_everything_that_happened_is_listed_in_order(run: Run) -> None:
+    """What would happen after the end is left out."""
     assert happenings(run) == [
         Happening("rule", 0.0, math.inf, "other latency from vehicles 2-3"),
         Happening("rule", 2.0, math.inf, "changed loss on the road from 20 m to the end"),

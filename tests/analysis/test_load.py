@@ -1,4 +1,4 @@
-"""A run loaded from its log: all of it, up to a cut, or a clear refusal."""
+"""A run is loaded from its log: whole, up to a cut, or with a clear refusal."""
 
 from __future__ import annotations
 

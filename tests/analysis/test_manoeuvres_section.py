@@ -1,4 +1,4 @@
-"""Reports hold gaps and speeds against what the schedule asks for when it does."""
+"""Reports compare gaps and speeds with the schedule, where it changes them."""
 
 from __future__ import annotations
 

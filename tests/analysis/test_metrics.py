@@ -1,4 +1,4 @@
-"""Distances and agreement, by hand and against the closed form."""
+"""Distances and agreement match hand calculations and closed forms."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ def test_r2_means_nothing_where_the_truth_does_not_vary() -> None:
     assert meaningful_r2(found.r2) is None
 
 
-def test_r2_below_0_tells_nothing() -> None:
-    """Readings of 30 m/s that are wrong by 3 %, of a fleet that is as good as steady."""
+def test_r2_below_0_has_no_meaning() -> None:
+    """Readings of 30 m/s are wrong by 3 %, and the fleet is nearly in steady motion."""
     truth = np.array([30.0, 30.01, 29.99, 30.0])
     found = accuracy(truth + np.array([0.5, -0.6, 0.7, -0.4]), truth)
     assert found is not None

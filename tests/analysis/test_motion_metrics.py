@@ -1,4 +1,4 @@
-"""Figures of merit of motion, by hand, in closed form, and for what must always hold."""
+"""Figures of merit of motion match hand calculations, closed forms and invariants."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ fleets = st.tuples(st.integers(1, 12), st.integers(2, 15)).flatmap(
 
 @given(fleets)
 def test_the_mean_gap_of_the_ring_is_its_length_over_n(gap: Floats) -> None:
-    """And MinDistance ≤ mean gap ≤ MaxDistance, on the ring and on the open road."""
+    """MinDistance ≤ mean gap ≤ MaxDistance holds on the ring and on the open road."""
     n = gap.shape[1]
     length = float(gap[0].sum())
     gap = gap * (length / gap.sum(axis=1, keepdims=True))  # every row goes once round
@@ -135,7 +135,7 @@ def test_disturbances_are_those_of_the_log() -> None:
 
 
 def test_time_to_collision_by_hand() -> None:
-    """Gaps of 25, 15 and 20 m between fronts; the second nears at 5 m/s, the first at 2 m/s."""
+    """Gaps between fronts are 25, 15 and 20 m; the second closes at 5 m/s, the first at 2 m/s."""
     gap = np.array([[25.0, 15.0, 20.0]])
     speed = np.array([[20.0, 25.0, 18.0]])
     ring = time_to_collision(gap, speed, 5.0, 60.0)

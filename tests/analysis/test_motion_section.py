@@ -1,4 +1,4 @@
-"""The chapter "Motion": what it says of small runs, and that it can be drawn."""
+"""The chapter "Motion" is right for small runs, and can be drawn."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def figures(section: Section) -> dict[object, Any]:
 
 
 def check(section: Section) -> None:
-    """Every row fits its columns, and every picture can be drawn as a file."""
+    """Check that every row fits its columns, and that every picture can be drawn."""
     assert section.title == "Motion"
     for sheet in section.sheets:
         assert sheet.rows

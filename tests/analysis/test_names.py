@@ -1,4 +1,4 @@
-"""Names are text, wherever they are told: on terminals, in pictures, on pages, in tables."""
+"""Names are shown as plain text on terminals, in pictures, on pages and in tables."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def test_a_console_shows_a_text_as_it_is(
     table.add_row(NASTY)
     console.print(NASTY, soft_wrap=True)
     console.print(table, soft_wrap=False)
-    told = "".join(capsys.readouterr())
-    assert told.count(NASTY) == 4
+    text = "".join(capsys.readouterr())
+    assert text.count(NASTY) == 4
 
 
 def test_a_terminal_is_told_nothing_that_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,16 +55,16 @@ def test_a_terminal_is_told_nothing_that_it_would_obey(capsys: pytest.CaptureFix
 
 def test_a_run_is_told_by_its_name(tmp_path: Path) -> None:
     (tmp_path / f"{NASTY}.yaml").write_text(SHORT)
-    told = zenvoy(tmp_path, "check", f"{NASTY}.yaml")
-    assert told == Outcome(0, f"{NASTY}: valid; 3 vehicles, 1 s\n", "")
-    told = zenvoy(tmp_path, "run", f"{NASTY}.yaml", "--out", "m[/b]", "--bus", "in-process")
-    assert (told.code, told.err) == (0, "")
-    assert f"{NASTY}, seed 1" in told.out
-    assert told.out.splitlines()[-1] == "in m[/b]"
-    told = zenvoy(tmp_path, "info", "m[/b]/run.mcap")
-    assert NASTY in told.out
-    told = zenvoy(tmp_path, "info", "[red]x")
-    assert (told.code, told.err.startswith("[red]x: ")) == (2, True)
+    outcome = zenvoy(tmp_path, "check", f"{NASTY}.yaml")
+    assert outcome == Outcome(0, f"{NASTY}: valid; 3 vehicles, 1 s\n", "")
+    outcome = zenvoy(tmp_path, "run", f"{NASTY}.yaml", "--out", "m[/b]", "--bus", "in-process")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert f"{NASTY}, seed 1" in outcome.out
+    assert outcome.out.splitlines()[-1] == "in m[/b]"
+    outcome = zenvoy(tmp_path, "info", "m[/b]/run.mcap")
+    assert NASTY in outcome.out
+    outcome = zenvoy(tmp_path, "info", "[red]x")
+    assert (outcome.code, outcome.err.startswith("[red]x: ")) == (2, True)
 
 
 def test_progress_is_told_by_its_name(tmp_path: Path) -> None:
@@ -94,9 +94,9 @@ def test_a_comparison_takes_names_as_they_are(tmp_path: Path) -> None:
     shown = StringIO()
     console = Console(file=shown, width=400, markup=False, emoji=False)
     assert compare(logs, labels, out, console, terminal.errors) == 0
-    told = shown.getvalue()
-    assert labels[0] in told
-    assert NASTY in told
+    text = shown.getvalue()
+    assert labels[0] in text
+    assert NASTY in text
     page = read((out / "compare.html").read_text(encoding="utf-8"))
     assert any(f"{NASTY}\\x1b\\udcff" in text for texts in page.text.values() for text in texts)
     for picture in out.glob("*.svg"):

@@ -1,4 +1,4 @@
-"""What docs/notebook.md shows is what comes out."""
+"""docs/notebook.md shows the actual output of its code."""
 
 from __future__ import annotations
 

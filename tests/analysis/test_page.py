@@ -1,4 +1,4 @@
-"""The HTML page: well-formed, complete by itself, and safe whatever a text says."""
+"""The HTML page is well-formed, self-contained, and safe for any text."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def line() -> Figure:
 
 
 def map_of_noise() -> Figure:
-    """What is small as PNG, and large as SVG."""
+    """Draw a picture that is small as PNG and large as SVG."""
     figure, axes = style.subplots(height_in=1.5)
     x, y = np.random.default_rng(1).normal(size=(2, 3000))
     axes.plot(x, y, ".")
@@ -88,8 +88,8 @@ def test_numbers_stand_at_the_right(pictures: dict[str, Drawn]) -> None:
     assert '<th scope="col" class="w">model</th>' in html  # its texts are long
 
 
-def test_whatever_is_said_is_text() -> None:
-    """In every place where a text of a scenario, a log or a chapter can come to stand."""
+def test_every_text_is_escaped() -> None:
+    """This holds wherever a text of a scenario, a log or a chapter can appear."""
     nasty = Picture(name="line", caption=NASTY, draw=line)
     sheet = Sheet(name="s", title=NASTY, columns=(NASTY,), rows=((NASTY,),), note=NASTY)
     page = Page(

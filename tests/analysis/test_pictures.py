@@ -1,4 +1,4 @@
-"""What holds for every picture of every report: legends, names, and what happened is shown."""
+"""Every picture of every report has a legend, names, and marks of what happened."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def drawn_as_saved(picture: Picture) -> Figure:
 
 
 def covered(figure: Figure) -> list[Any]:
-    """Axes of which a legend covers something."""
+    """Return the axes on which a legend covers something."""
     canvas: Any = figure.canvas  # the one that was set
     renderer = canvas.get_renderer()
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]

@@ -1,4 +1,4 @@
-"""What a table of a log may hold, and what is damage."""
+"""Tables of a log with numbers that no run can produce are damaged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A braking as in Plexe's examples: what its report must say, judged by the truth of the log."""
+"""The report of a braking, as in Plexe's examples, agrees with the true motion in the log."""
 
 from __future__ import annotations
 
@@ -23,27 +23,29 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 
 @pytest.fixture(scope="module")
-def told(run: Run) -> tuple[Section, ...]:
+def sections(run: Run) -> tuple[Section, ...]:
     return chapters(run)
 
 
-def sheet(told: tuple[Section, ...], name: str) -> Sheet:
-    return next(sheet for section in told for sheet in section.sheets if sheet.name == name)
+def sheet(sections: tuple[Section, ...], name: str) -> Sheet:
+    return next(sheet for section in sections for sheet in section.sheets if sheet.name == name)
 
 
-def test_every_vehicle_is_lowest_when_the_truth_is(run: Run, told: tuple[Section, ...]) -> None:
+def test_every_dip_is_when_the_true_speed_is_lowest(
+    run: Run, sections: tuple[Section, ...]
+) -> None:
     """Vehicles 4 and 5 are slowest in the same cycle, and 8 after a long, flat dip."""
     lowest_s = run.time_s[run.truth["speed"].argmin(axis=0)]
     assert lowest_s.round(1).tolist() == [15.0, 15.2, 15.3, 15.5, 15.5, 15.7, 15.9, 16.9]
-    vehicles = sheet(told, "stability-vehicles")
+    vehicles = sheet(sections, "stability-vehicles")
     column = vehicles.columns.index("dip at, s")
     found = [row[column] for row in vehicles.rows]
     assert found == pytest.approx(lowest_s.tolist(), abs=0.051)  # half a cycle
     assert found[0] == 15.0  # the end of the braking, to the row
 
 
-def test_which_way_the_dip_goes_is_said_in_words(told: tuple[Section, ...]) -> None:
-    rows = {row[0]: row for row in sheet(told, "stability-figures").rows}
+def test_which_way_the_dip_goes_is_said_in_words(sections: tuple[Section, ...]) -> None:
+    rows = {row[0]: row for row in sheet(sections, "stability-figures").rows}
     against = rows["dip backwards: speed over the road, against the traffic"]
     assert isinstance(against[2], float)
     assert against[2] > 0.0
@@ -53,9 +55,9 @@ def test_which_way_the_dip_goes_is_said_in_words(told: tuple[Section, ...]) -> N
 
 
 def test_nothing_on_the_page_is_a_row_or_column_of_dashes_alone(
-    told: tuple[Section, ...],
+    sections: tuple[Section, ...],
 ) -> None:
-    bare = tuple(Section(title=section.title, sheets=section.sheets) for section in told)
+    bare = tuple(Section(title=section.title, sheets=section.sheets) for section in sections)
     page = render(Page(title="x", sections=bare), {})
     read(page)
     assert (

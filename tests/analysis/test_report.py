@@ -1,4 +1,4 @@
-"""`zenvoy analyze`: the report, the tables and the pictures that it leaves, and what it says."""
+"""`zenvoy analyze` writes the report, tables and pictures, and prints a summary."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ events:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A log whose name is as odd as a name can be."""
+    """Write a log with a very odd name."""
     folder = tmp_path_factory.mktemp("report")
     write_log(folder / "_a$b$.mcap", SCENARIO)
     return folder
@@ -47,13 +47,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def outcome(folder: Path) -> Outcome:
-    """Of its analysis, on a narrow terminal."""
+    """Return the outcome of its analysis on a narrow terminal."""
     return zenvoy(folder, "analyze", "_a$b$.mcap", env={"COLUMNS": "80"})
 
 
 @pytest.fixture(scope="module")
 def left(folder: Path, outcome: Outcome) -> dict[str, bytes]:
-    """The files that the analysis left, by name."""
+    """Return the files of the analysis by name."""
     assert (outcome.code, outcome.err) == (0, "")
     return {path.name: path.read_bytes() for path in (folder / "_a$b$-analysis").iterdir()}
 
@@ -115,7 +115,7 @@ def test_the_scenario_on_the_page_is_the_one_that_was_run(
 def test_the_report_needs_nothing_and_gives_nothing_away(
     left: dict[str, bytes], page: Read, folder: Path
 ) -> None:
-    """No script from a description, no address, no path of this machine."""
+    """It has no script from a description, no address, and no path of this machine."""
     html = left["report.html"].decode()
     assert EVIL in page.said("p")
     assert "<script" not in html
@@ -127,7 +127,7 @@ def test_the_report_needs_nothing_and_gives_nothing_away(
 def test_the_same_log_gives_the_same_files(
     folder: Path, left: dict[str, bytes], tmp_path: Path
 ) -> None:
-    """Also in another place, and called from another one."""
+    """This holds in another folder, and from another working directory."""
     (tmp_path / "logs").mkdir()
     shutil.copy(folder / "_a$b$.mcap", tmp_path / "logs" / "_a$b$.mcap")
     again = zenvoy(tmp_path, "analyze", "logs/_a$b$.mcap", "--out", "elsewhere")

@@ -1,4 +1,4 @@
-"""Chapters on a terminal: whole numbers and whole words at any width."""
+"""Chapters on a terminal keep numbers and words whole at any width."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WIDE: Final = Sheet(
 
 
 def printed(section: Section, width: int) -> str:
-    """What a terminal of this width shows."""
+    """Return what a terminal of this width shows."""
     file = StringIO()
     print_section(Console(file=file, width=width, color_system=None), section)
     return file.getvalue()
@@ -86,10 +86,10 @@ def test_rows_and_columns_of_nothing_are_left_out() -> None:
         columns=("figure", "unit", "measured", "theory"),
         rows=(("a", "m", 1.0, None), ("b", "m", None, None), ("c", "", "yes", None)),
     )
-    told = sheet.without_empty()
-    assert told is not None
-    assert told.columns == ("figure", "unit", "measured")
-    assert told.rows == (("a", "m", 1.0), ("c", "", "yes"))
+    filled = sheet.without_empty()
+    assert filled is not None
+    assert filled.columns == ("figure", "unit", "measured")
+    assert filled.rows == (("a", "m", 1.0), ("c", "", "yes"))
     nothing = Sheet(name="s", title="S", columns=("figure", "value"), rows=(("a", None),))
     assert nothing.without_empty() is None
     empty = Sheet(name="s", title="S", columns=("figure", "value"), rows=(), note="None differ.")

@@ -1,4 +1,4 @@
-"""What a disturbance becomes, against motions whose gains, waves and modes are known."""
+"""Gains, waves and modes are measured correctly for motions where they are known."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_a_wave_is_lost_after_two_without_a_dip() -> None:
 
 
 def test_dips_that_are_in_no_order_have_no_speed() -> None:
-    """Of noise, a line through the arrivals would make hundreds of metres per second."""
+    """For noise, a line through the arrivals would give hundreds of metres per second."""
     behind = np.arange(5)
     assert wave_speed(Arrivals(behind, np.array([12.0, 13.8, 13.5, 13.0, 14.2]))) is None
     assert wave_speed(Arrivals(behind, np.array([12.0, 13.0, 13.0, 13.0, 13.0]))) is None
@@ -144,7 +144,7 @@ def test_the_response_of_a_vehicle_under_fm(returns: bool) -> None:
     np.testing.assert_allclose(np.abs(found.ratio), np.abs(theory), rtol=0.02)
 
 
-def test_tells_nothing_where_the_head_has_nothing() -> None:
+def test_has_no_response_where_the_head_is_not_excited() -> None:
     time = np.arange(0.0, 100.0, 0.1)
     head = np.sin(2.0 * np.pi * 0.2 * time)  # 20 whole swings
     found = response(head, 2.0 * head, 0.1, 0.1)

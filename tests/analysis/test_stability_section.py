@@ -1,4 +1,4 @@
-"""The chapter "String stability": what it says of small runs, and what it says it cannot say."""
+"""The chapter "String stability" is right for small runs, and says what it cannot measure."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ QUIET = "sensors: {error: 0}\n"
 BRAKE = "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n"
 
 
-def told(folder: Path, scenario: str) -> Section:
-    """The chapter of a run; every row fits, and every picture can be drawn."""
+def chapter(folder: Path, scenario: str) -> Section:
+    """Return the chapter of a run; check that rows fit and that pictures can be drawn."""
     section = stability_section(load(write_log(folder / "run.mcap", scenario)))
     assert section.title == "String stability"
     for sheet in section.sheets:
@@ -42,7 +42,7 @@ def pictures(section: Section) -> set[str]:
 
 
 def test_fm_behind_a_braking(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 60\nroad: {type: open}\nfleet: {size: 6}\ncontrol: {model: FM}\n"
         "events: [{type: brake, vehicle: 1, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n",
@@ -71,7 +71,7 @@ def test_fm_behind_a_braking(tmp_path: Path) -> None:
 
 
 def test_bcm_on_the_ring_goes_both_ways(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 60\nfleet: {size: 9}\ncontrol: {model: BCM}\n" + BRAKE,
     )
@@ -87,7 +87,7 @@ def test_bcm_on_the_ring_goes_both_ways(tmp_path: Path) -> None:
 
 
 def test_a_chirp_has_no_dip_to_follow(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 60\nfleet: {size: 5}\ncontrol: {model: BCM}\n"
         "events: [{type: sine, vehicle: 1, at_s: 2, duration_s: 20, amplitude_mps: 1,"
@@ -98,7 +98,7 @@ def test_a_chirp_has_no_dip_to_follow(tmp_path: Path) -> None:
 
 
 def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
-    section = told(tmp_path, "duration_s: 5\nfleet: {size: 4}\n")
+    section = chapter(tmp_path, "duration_s: 5\nfleet: {size: 4}\n")
     assert not section.sheets
     assert section.notes == (
         "No vehicle was disturbed, so there are no gains, waves or modes to measure.",
@@ -106,14 +106,14 @@ def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
 
 
 def test_nothing_of_a_record_that_is_too_short(tmp_path: Path) -> None:
-    section = told(tmp_path, "duration_s: 3\nfleet: {size: 4}\n" + BRAKE)
+    section = chapter(tmp_path, "duration_s: 3\nfleet: {size: 4}\n" + BRAKE)
     assert section.notes == ("Too little time is left after the disturbance to analyse it.",)
 
 
 def test_leaves_out_what_comes_after_a_crash(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
-    section = told(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
+    section = chapter(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
     assert any("left out because of a collision of vehicle 3" in note for note in section.notes)
     assert sheet(section, "stability-vehicles").rows
 
@@ -130,7 +130,7 @@ events: [{type: trace, vehicle: 1, at_s: 0.1, points: [[0, 0], [5, 0], [13, 12],
 
 def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
     path = write_log(tmp_path / "run.mcap", QUIET + STOP_AND_GO)
-    section = told(tmp_path, QUIET + STOP_AND_GO)
+    section = chapter(tmp_path, QUIET + STOP_AND_GO)
     speed = load(path).truth["speed"]
     stretches = sheet(section, "stability-stretches").rows
     assert len(stretches) == 2
@@ -152,7 +152,7 @@ def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
 
 
 def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 90\nfleet: {size: 6, speed_mps: 10, gap_m: 60}\n"
         "control: {model: BCM, desired_speed_mps: 10}\n"
@@ -165,7 +165,7 @@ def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -
 
 
 def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 20\nfleet: {size: 4, speed_mps: 0}\n"
         "control: {model: FM, desired_speed_mps: 0}\n"
@@ -178,7 +178,7 @@ def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
 def test_says_what_left_too_little(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5, gap_m: 6}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
-    section = told(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
+    section = chapter(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
     assert not section.sheets
     assert "a collision of vehicle 3" in section.notes[0]
 
@@ -188,18 +188,18 @@ def test_leaves_out_what_comes_after_a_switch_or_another_disturbance(tmp_path: P
         "]", ", {type: brake, vehicle: 4, at_s: 12, duration_s: 1, deceleration_mps2: 1}]"
     )
     control = "control: {model: BCM, schedule: [{at_s: 15, model: FM}]}\n"
-    both = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + events)
+    both = chapter(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + events)
     assert any(
         "after 12 s is left out because of the disturbance of vehicle 4" in n for n in both.notes
     )
-    switch = told(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + BRAKE)
+    switch = chapter(tmp_path, QUIET + "duration_s: 20\nfleet: {size: 5}\n" + control + BRAKE)
     assert any(
         "after 15 s is left out because of the switch to FM" in note for note in switch.notes
     )
 
 
 def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         QUIET + "duration_s: 30\ncontrol: {model: BCM}\n"
         "fleet: {size: 6, groups: [{name: old, vehicles: 4, model: FM}]}\n" + BRAKE,
@@ -221,14 +221,14 @@ def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> 
 )
 def test_where_theory_has_nothing_to_say(tmp_path: Path, control: str, why: str) -> None:
     scenario = f"duration_s: 20\nfleet: {{size: 6}}\ncontrol: {{{control}}}\n"
-    section = told(tmp_path, QUIET + scenario + BRAKE)
+    section = chapter(tmp_path, QUIET + scenario + BRAKE)
     assert any(why in note for note in section.notes)
     rows = sheet(section, "stability-vehicles").rows
     assert all(row[3] is None and row[2] is not None for row in rows)
 
 
 def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
-    section = told(
+    section = chapter(
         tmp_path,
         "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: PBCM, beacon_age_limit_ms: 150}\n"
         "channel: {loss: {p: 0.3}}\n" + BRAKE,
@@ -237,7 +237,7 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
     assert "scatter by" in notes
     assert "ignores the dynamics of the filter" in notes
     assert "under a law other than their most frequent one" in notes
-    late = told(
+    late = chapter(
         tmp_path,
         QUIET + "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: BCM, v2v_wait_ms: 0}\n" + BRAKE,
     )
@@ -246,12 +246,12 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
 
 def test_vehicles_that_swing_by_themselves(tmp_path: Path) -> None:
     control = "control: {model: BCM, gains: {k_d: 0.1, k_v: 3, k_c: 0.05}}\n"
-    section = told(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
+    section = chapter(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
     assert any("the fleet is unstable" in note for note in section.notes)
 
 
 def test_more_vehicles_than_matrices_are_solved_for(tmp_path: Path) -> None:
     scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
-    section = told(tmp_path, QUIET + scenario + BRAKE)
+    section = chapter(tmp_path, QUIET + scenario + BRAKE)
     assert "Theory by vehicle is left out for more than 150 vehicles." in section.notes
     assert len(sheet(section, "stability-vehicles").rows) == 151

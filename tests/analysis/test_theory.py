@@ -1,4 +1,4 @@
-"""Linear theory against closed forms, eigenvalues of the whole system, and brute-force motion."""
+"""Linear theory agrees with closed forms, eigenvalues of the whole system, and simulation."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def test_eigenvalues_in_closed_form() -> None:
 
 
 def ring_matrix(coupling: Coupling, g: Gains, n: int) -> Floats:
-    """d/dt of (positions, speeds) of the whole ring."""
+    """Return the matrix of d/dt of (positions, speeds) of the whole ring."""
     laplacian = np.zeros((n, n))
     for sign, weights in ((-1, coupling.ahead), (1, coupling.behind)):
         for j, weight in enumerate(weights, start=1):

@@ -1,4 +1,4 @@
-"""Measured against linear theory: the vehicles themselves, without noise and without loss."""
+"""Fleets without noise and loss move as linear theory predicts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def gain_per_vehicle(run: Run, case: Disturbed) -> tuple[Floats, Floats]:
 
 
 def test_peak_gain_of_fm_is_that_of_theory(tmp_path: Path) -> None:
-    """With hardly any delay: cycles of 20 ms, and nothing waits."""
+    """The delay is small: cycles have 20 ms, and vehicles do not wait."""
     run, case = ran(
         tmp_path,
         """
@@ -134,7 +134,7 @@ fleet:
 
 @pytest.mark.parametrize("scenario", STRINGS.values(), ids=STRINGS)
 def test_a_string_moves_as_theory_says(tmp_path: Path, scenario: str) -> None:
-    """Given the motion of the first, theory foretells every other vehicle's speed."""
+    """Given the motion of the first, theory predicts every other vehicle's speed."""
     _, case = ran(tmp_path, f"duration_s: 90\n{scenario}", CHIRP)
     assert case.predicted is not None
     assert case.notes == ()

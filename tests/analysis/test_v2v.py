@@ -1,4 +1,4 @@
-"""The chapter on V2V: against closed forms, scipy, plain loops, and the log itself."""
+"""The chapter on V2V agrees with closed forms, scipy, plain loops, and the log itself."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def section(run: Run) -> Section:
 
 @st.composite
 def tables(draw: st.DrawFn) -> Table:
-    """Columns as /v2v/frames has them: 3 vehicles, some cycles, any fate of each frame."""
+    """Columns as /v2v/frames has them: 3 vehicles, some cycles, any outcome of each frame."""
     rows: list[tuple[int, ...]] = []
     for cycle in range(draw(st.integers(1, 8))):
         for source in (1, 2, 3):
@@ -126,8 +126,8 @@ def test_wilson_at_the_ends() -> None:
 
 
 def test_delivery_by_hand() -> None:
-    told = delivery(table_of([DELIVERED, LATE, LOST, OUT, DELIVERED, LOST]))
-    assert told == Delivery(sent=5, delivered=3, late=1, lost=2)
+    outcomes = delivery(table_of([DELIVERED, LATE, LOST, OUT, DELIVERED, LOST]))
+    assert outcomes == Delivery(sent=5, delivered=3, late=1, lost=2)
 
 
 def test_distances_by_hand() -> None:
@@ -152,9 +152,9 @@ def test_each_frame_is_in_one_bin(rows: list[tuple[float, int]], bins: int) -> N
         [outcome for _, outcome in rows],
         distance=np.array([distance for distance, _ in rows], np.float32),
     )
-    found, told = by_distance(frames, bins), delivery(frames)
-    assert found.sent.sum() == told.sent
-    assert found.delivered.sum() == told.delivered
+    found, outcomes = by_distance(frames, bins), delivery(frames)
+    assert found.sent.sum() == outcomes.sent
+    assert found.delivered.sum() == outcomes.delivered
     assert len(found.sent) == len(found.edges_m) - 1 <= bins + 1
     for at, (low, high) in enumerate(zip(found.edges_m, found.edges_m[1:], strict=False)):
         width = high - low
@@ -277,7 +277,7 @@ def test_ages_agree_with_their_definition(frames: Table) -> None:
 
 @pytest.mark.parametrize("wait_ms", [0, 30, 99])
 def test_ages_are_those_that_vehicles_report(folder: Path, wait_ms: int) -> None:
-    """Of the vehicle behind, every vehicle logs the age itself, as age_ns."""
+    """Every vehicle logs the age of its data from the vehicle behind, as age_ns."""
     text = LTE.replace("v2v_wait_ms: 30", f"v2v_wait_ms: {wait_ms}")
     run = load(write_log(folder / f"wait{wait_ms}.mcap", text.replace("_s: 40", "_s: 10")))
     period_ns, wait_ns = run.scenario.period_ns, run.scenario.v2v_wait_ns
@@ -305,18 +305,18 @@ def column(of: Sheet, name: str) -> list[Any]:
 def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
     assert section.notes == ()
     outcome, latency = run.frames["outcome"], run.frames["latency_ns"]
-    told = sheet(section, "v2v-delivery")
-    assert column(told, "technology") == ["lte-a-pro"]
-    assert column(told, "sent") == [400 * 8 * 7]
-    assert column(told, "lost") == [int((outcome == LOST).sum())]
-    assert column(told, "of them late") == [int((outcome == LATE).sum())]
-    assert column(told, "delivered, %") == [pytest.approx(100.0 * (outcome != LOST).mean())]
+    table = sheet(section, "v2v-delivery")
+    assert column(table, "technology") == ["lte-a-pro"]
+    assert column(table, "sent") == [400 * 8 * 7]
+    assert column(table, "lost") == [int((outcome == LOST).sum())]
+    assert column(table, "of them late") == [int((outcome == LATE).sum())]
+    assert column(table, "delivered, %") == [pytest.approx(100.0 * (outcome != LOST).mean())]
     known = latency[latency >= 0] * 1e-6
-    told = sheet(section, "v2v-latency")
-    assert column(told, "mean, ms") == [pytest.approx(known.mean())]
+    table = sheet(section, "v2v-latency")
+    assert column(table, "mean, ms") == [pytest.approx(known.mean())]
     for name, share in (("median", 50), ("95th percentile", 95), ("longest", 100)):
         expected = np.percentile(known, share)
-        assert column(told, f"{name}, ms") == [pytest.approx(expected, abs=2e-2)]
+        assert column(table, f"{name}, ms") == [pytest.approx(expected, abs=2e-2)]
     distances = sheet(section, "v2v-distance")
     assert sum(column(distances, "sent")) == 400 * 8 * 7
     for ratio, low, high in zip(

@@ -1,4 +1,4 @@
-"""What stands in the log, read with nothing but `mcap` and the descriptors inside the file."""
+"""The log can be read with only `mcap` and the descriptors inside the file."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_a_file_that_is_cut_is_readable_up_to_the_cut(
 
 
 def test_the_gaps_that_radars_read_fill_the_ring(recorded: Recorded) -> None:
-    """With sensors that do not err; the truth would do so by its mere definition."""
+    """Sensors have no error here; for the truth this holds by definition."""
     truths = recorded.rows["/fleet/truth"]
     for radar, truth in zip(recorded.rows["/fleet/radar"], truths, strict=False):
         assert sum(radar.gap) == pytest.approx(RING_M, abs=1e-9)

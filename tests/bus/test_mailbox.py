@@ -1,4 +1,4 @@
-"""Whatever order messages come in, the inbox is the same; what does not fit changes nothing."""
+"""The inbox does not depend on the order of messages; refused ones change nothing."""
 
 from __future__ import annotations
 

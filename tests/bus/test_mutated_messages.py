@@ -1,4 +1,4 @@
-"""Whatever else comes on its keys, a fleet does what it does: what is refused changes nothing.
+"""Mutated messages are refused, and change nothing in what a fleet does.
 
 What is claimed, and what is not, is in docs/robustness.md.
 """
@@ -82,10 +82,10 @@ def refused(name: str, text: str) -> Counter[str]:
     assert len(lines) <= MOST_LINES
     assert len(set(lines)) == len(lines)
     assert all(line.startswith(f"{name}: ") for line in lines)
-    told = {line.split(": ")[2].split(",")[0] for line in lines if ": refused: " in line}
+    reasons = {line.split(": ")[2].split(",")[0] for line in lines if ": refused: " in line}
     counts = Counter({why: int(n) for n, why in re.findall(r"(\d+) (\w+)", lines[-1])})
     assert lines[-1].startswith(f"{name}: messages refused: ")
-    assert told <= counts.keys()
+    assert reasons <= counts.keys()
     return counts
 
 
@@ -129,14 +129,16 @@ def test_a_run_in_real_time_logs_nothing_of_it(tmp_path: Path, vehicles: tuple[s
     heard = [
         row
         for message in log.of("/realtime")
-        for told in [pb.RealTime.FromString(message.data)]
-        for row in zip(told.source, told.destination, told.arrived_ns, strict=True)
+        for row_of_cycle in [pb.RealTime.FromString(message.data)]
+        for row in zip(
+            row_of_cycle.source, row_of_cycle.destination, row_of_cycle.arrived_ns, strict=True
+        )
     ]
     assert len(set(heard)) == len(heard)
 
 
 def fates(log: Log) -> set[tuple[int, ...]]:
-    """What became of each frame, lateness aside; none is told of twice."""
+    """Return the outcome of each frame, without lateness; each frame has one."""
     tables = [pb.Frames.FromString(message.data) for message in log.of("/v2v/frames")]
     rows = [
         row
@@ -301,7 +303,7 @@ def frames(**changes: Any) -> bytes:
     return pb.Frames(**{**AT, **row, **changes}).SerializeToString()
 
 
-def told(source: int = 2, **changes: Any) -> pb.Beacon:
+def beacon_of(source: int = 2, **changes: Any) -> pb.Beacon:
     plan = {"planned_from_ns": [K * T_NS], "planned_acceleration": [0.1]}
     values: dict[str, Any] = {**AT, "vehicle": source, "sequence": K, **plan, **changes}
     return pb.Beacon(**values)
@@ -321,8 +323,8 @@ COMMANDED: Final[dict[str, Any]] = {
 }
 GOOD: Final[dict[Topic[Any], tuple[int, Any]]] = {
     SENSE: (1, pb.Sense(**AT, vehicle=1, ahead=pb.Link(gap=37.5), speed=30)),
-    RECEIVE: (1, receive(told().SerializeToString())),
-    BEACON: (2, told()),
+    RECEIVE: (1, receive(beacon_of().SerializeToString())),
+    BEACON: (2, beacon_of()),
     POSITIONS: (0, pb.Positions(**AT, position=[3, 2, 1])),
     COMMAND: (1, pb.Command(**COMMANDED, mode=pb.MODE_PBCM)),
     LINKS: (0, pb.Links(**AT, frames=frames())),
@@ -338,15 +340,15 @@ BAD: Final[list[tuple[str, Topic[Any], Any]]] = [
     ("malformed", RECEIVE, receive(b"", arrived_ns=[1, 2])),
     ("malformed", RECEIVE, receive(beacon=[b"", b""])),
     ("absurd", RECEIVE, receive(b"\xff")),
-    ("absurd", RECEIVE, receive(told(3).SerializeToString())),
-    ("absurd", RECEIVE, receive(told(speed=NAN).SerializeToString())),
-    ("absurd", RECEIVE, receive(told(time_ns=(K + 1) * T_NS).SerializeToString())),
-    ("foreign", BEACON, told(3)),
-    ("mistimed", BEACON, told(time_ns=0)),
-    ("malformed", BEACON, told(planned_from_ns=[1, 2])),
-    ("malformed", BEACON, told(planned_from_ns=[], planned_acceleration=[])),
-    ("absurd", BEACON, told(planned_acceleration=[NAN])),
-    ("absurd", BEACON, told(sequence=2**32 - 1)),
+    ("absurd", RECEIVE, receive(beacon_of(3).SerializeToString())),
+    ("absurd", RECEIVE, receive(beacon_of(speed=NAN).SerializeToString())),
+    ("absurd", RECEIVE, receive(beacon_of(time_ns=(K + 1) * T_NS).SerializeToString())),
+    ("foreign", BEACON, beacon_of(3)),
+    ("mistimed", BEACON, beacon_of(time_ns=0)),
+    ("malformed", BEACON, beacon_of(planned_from_ns=[1, 2])),
+    ("malformed", BEACON, beacon_of(planned_from_ns=[], planned_acceleration=[])),
+    ("absurd", BEACON, beacon_of(planned_acceleration=[NAN])),
+    ("absurd", BEACON, beacon_of(sequence=2**32 - 1)),
     ("mistimed", POSITIONS, pb.Positions(cycle=K, position=[3, 2, 1])),
     ("malformed", POSITIONS, pb.Positions(**AT, position=[3, 2])),
     ("absurd", POSITIONS, pb.Positions(**AT, position=[3, NAN, 1])),
@@ -420,7 +422,7 @@ def test_in_real_time_a_report_of_the_clock_is_looked_at(tmp_path: Path) -> None
 
 def test_in_real_time_frames_are_the_fleets_and_have_arrived(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
-    good = told().SerializeToString()
+    good = beacon_of().SerializeToString()
     row = {"time_ns": K * T_NS + 1, "arrived_ns": [K * T_NS + 1]}
     assert vehicle.fault_in(RECEIVE, 1, receive(good, **row)) is None
     for change in ({"arrived_ns": [2**62]}, {"arrived_ns": [0]}, {"source": [77]}):
@@ -431,7 +433,7 @@ def test_in_real_time_no_frame_comes_twice(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
 
     def hears(arrived_ns: int, *sequences: int) -> bool:
-        beacons = [told(sequence=sequence).SerializeToString() for sequence in sequences]
+        beacons = [beacon_of(sequence=sequence).SerializeToString() for sequence in sequences]
         message = receive(*beacons, arrived_ns=[arrived_ns] * len(beacons))
         return vehicle.take_in(Post(RECEIVE, 1, message, b"", arrived_ns)) is None
 

@@ -1,4 +1,4 @@
-"""Columns to and from bytes, as protobuf itself does it."""
+"""Columns are encoded and decoded as protobuf does it."""
 
 from __future__ import annotations
 

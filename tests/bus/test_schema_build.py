@@ -1,4 +1,4 @@
-"""The generated modules are what protoc makes of messages.proto: a forgotten rebuild fails."""
+"""The generated modules match messages.proto, so a forgotten rebuild fails."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a joining node finds: sessions on explicit endpoints, and the scenario for the asking."""
+"""A joining node finds sessions on explicit endpoints, and can query the scenario."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Vehicles that share a process: who is where, what goes together, and that it changes nothing."""
+"""Vehicles that share a process have bundled messages, and the same log as alone."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def scenario(folder: Path, text: str) -> Scenario:
 
 
 def events(folder: Path) -> list[tuple[int, int, str]]:
-    """Kind, vehicle and text of the events of a run so far."""
+    """Return kind, vehicle and text of the events of a run so far."""
     log = read_log(folder / "out" / "run.mcap")
     found = [pb.Event.FromString(message.data) for message in log.of("/events")]
     return [(event.kind, event.vehicle, event.text) for event in found]
@@ -144,7 +144,7 @@ def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process
     agents: list[Agent] = [LockStepWorld(told), LockStepChannel(told)]
     agents += [LockStepVehicles(told, process) for process in placed]
     InProcessBus(agents, log).run()
-    assert logged == in_lock_step(told)
+    assert logged == in_lock_step(settings)
 
 
 @pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])

@@ -97,7 +97,7 @@ def events(log: Log) -> list[tuple[int, int, str]]:
 
 
 def has_happened(folder: Path, *wanted: tuple[int, int, str]) -> bool:
-    """Whether the log of the run tells of all these events, one after the other."""
+    """Return whether the log of the run has all these events, in this order."""
     found = iter(events(read_log(folder / "out" / "run.mcap")))
     return all(event in found for event in wanted)
 

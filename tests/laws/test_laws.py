@@ -1,4 +1,4 @@
-"""The control laws at points worked out by hand."""
+"""The control laws match values computed by hand."""
 
 from __future__ import annotations
 
