@@ -77,7 +77,7 @@ def _record_in(code: Code, attribute: str, kind: Kind) -> Law | Estimator:
     name_of = kind.record.__name__
     there = vars(code.module).items()
     laws = sorted(name for name, value in there if isinstance(value, kind.record))
-    what = "has no" if found is None else f"has a value that is not a {name_of},"
+    what = "has no" if found is None else f"has a value that is not of type {name_of},"
     allowed = f"; allowed: {', '.join(laws)}" if laws else f"; it has no {name_of} at all"
     raise UnknownLawError(f"{code.path.name} {what} {attribute}{allowed}")
 

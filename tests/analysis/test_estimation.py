@@ -336,7 +336,7 @@ def test_a_run_that_estimates_nothing_says_so(folder: Path) -> None:
 
 def test_a_run_without_a_cycle_says_so(folder: Path) -> None:
     section = estimation_section(load(write_log(folder / "none.mcap", PBCM, until_cycle=0)))
-    assert section.notes == ("No cycle was logged: there is nothing to compare.",)
+    assert section.notes == ("No cycle was logged, so there is nothing to compare.",)
 
 
 def test_the_vehicle_that_is_shown(folder: Path, run: Run) -> None:
@@ -369,7 +369,7 @@ events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
     assert first_disturbed(run) == 2
     assert section.sheets[1].title == "Agreement with the truth, vehicle 4"
     assert cell(section.sheets[1], "samples", "gap ahead, m", "estimated") > 0
-    assert any("2 of 5 vehicles estimate nothing" in note for note in section.notes)
+    assert any("2 of 5 vehicles run no filter" in note for note in section.notes)
     for picture in section.pictures:
         drawn(picture)
 
@@ -387,16 +387,16 @@ def test_links_by_position_have_no_innovation(folder: Path) -> None:
     sheet = section.sheets[2]
     assert cell(sheet, "mean NIS", "gap ahead, m") is None
     assert cell(sheet, "mean NIS", "own speed, m/s") == pytest.approx(1.0, abs=0.15)
-    assert any("differences of positions" in note for note in section.notes)
+    assert any("differences of reported positions" in note for note in section.notes)
     for picture in section.pictures:
         drawn(picture)
 
 
-def test_sensors_without_error_are_told(folder: Path) -> None:
+def test_sensors_without_error_are_noted(folder: Path) -> None:
     text = PBCM.replace("error: 0.1", "error: 0").replace("duration_s: 30", "duration_s: 6")
     section = estimation_section(load(write_log(folder / "exact.mcap", text)))
     assert cell(section.sheets[2], "mean NIS", "own speed, m/s") is None
-    assert any("without error" in note for note in section.notes)
+    assert any("have no error" in note for note in section.notes)
     for picture in section.pictures:
         drawn(picture)
 

@@ -50,7 +50,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 def test_everything_that_happened_is_listed_in_order(run: Run) -> None:
     """What would happen after the end is left out."""
     assert happenings(run) == [
-        Happening("rule", 0.0, math.inf, "other latency from vehicles 2-3"),
+        Happening("rule", 0.0, math.inf, "changed latency from vehicles 2-3"),
         Happening("rule", 2.0, math.inf, "changed loss on the road from 20 m to the end"),
         Happening("switch", 3.0, 3.0, "switch to PBCM"),
         Happening(
@@ -90,11 +90,11 @@ def test_a_collision_is_told(tmp_path: Path) -> None:
     assert "vehicle 2 collides with the vehicle ahead" in [each.text for each in found]
 
 
-def test_outages_are_told_in_the_chapter_on_v2v(run: Run) -> None:
+def test_outages_are_listed_in_the_chapter_on_v2v(run: Run) -> None:
     notes = v2v_section(run).notes
     assert notes[0] == "From 5 s to 7 s: outage: no frame gets through."
     assert "From 9 s to the end: outage: no frame gets through from vehicle 3 to not old." in notes
-    assert "Through the whole run: other latency from vehicles 2-3." in notes
+    assert "Through the whole run: changed latency from vehicles 2-3." in notes
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:
     paper = replace(ring, name="paper/case-15")
     section = motion_section(paper)
     assert [row[0] for row in section.sheets[1].rows] == [9.0, 30.0]
-    assert section.sheets[1].title == "Speeds at the instants that the paper looks at"
+    assert section.sheets[1].title == "Speeds at the instants that the paper uses"
     assert section.notes == ("The run ends before 100 and 300 s, so snapshots are missing.",)
     assert instants(paper) == [(9.0, 90), (30.0, 300)]
 
@@ -145,7 +145,7 @@ def test_runs_that_hardly_began(tmp_path: Path) -> None:
     nothing = made(tmp_path, OPEN_PAIR, until_cycle=0)
     assert len(nothing.time_s) < 2
     section = motion_section(nothing)
-    assert section.notes == ("No cycle was logged: there is no motion to show.",)
+    assert section.notes == ("No cycle was logged, so there is no motion to show.",)
     assert not section.pictures
 
 

@@ -136,7 +136,7 @@ def test_a_long_table_says_where_the_rest_is() -> None:
 
 def test_names_that_would_fall_together_are_refused(pictures: dict[str, Drawn]) -> None:
     for twice in (Section(title="s", sheets=(SHEET,)), Section(title="s", pictures=(LINE,))):
-        with pytest.raises(ValueError, match=r"more than one of the name (gaps|line)"):
+        with pytest.raises(ValueError, match=r"more than one has the name (gaps|line)"):
             render(replace(PAGE, sections=(SECTION, twice)), pictures)
 
 

@@ -46,7 +46,7 @@ def test_every_dip_is_when_the_true_speed_is_lowest(
 
 def test_which_way_the_dip_goes_is_said_in_words(sections: tuple[Section, ...]) -> None:
     rows = {row[0]: row for row in sheet(sections, "stability-figures").rows}
-    against = rows["dip backwards: speed over the road, against the traffic"]
+    against = rows["dip backwards, speed over the road, against the traffic"]
     assert isinstance(against[2], float)
     assert against[2] > 0.0
     for row in rows.values():

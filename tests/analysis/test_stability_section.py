@@ -53,8 +53,8 @@ def test_fm_behind_a_braking(tmp_path: Path) -> None:
         "peak gain to the next vehicle",
         "largest L2 gain from one vehicle to the next",
         "largest L∞ gain from one vehicle to the next",
-        "L∞ gain to the vehicle 5 behind",
-        "dip backwards: speed from vehicle to vehicle",
+        "L∞ gain to the vehicle 5 places behind",
+        "dip backwards, speed from vehicle to vehicle",
     ):
         measured, theory = figures[name]
         assert measured == pytest.approx(theory, rel=0.01), name

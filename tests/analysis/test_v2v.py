@@ -402,7 +402,7 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
         (
             ("ieee80211p", "p: 1"),
             {"v2v-delivery", "v2v-distance"},
-            ("Every frame was lost: there is neither latency nor age of information.",),
+            ("Every frame was lost, so there is neither latency nor age of information.",),
         ),
         (
             ("5g-mmwave", "p: 0.3"),

@@ -187,7 +187,7 @@ def test_theory_knows_a_law_by_what_the_log_says_of_it(laws: Path) -> None:
             laws / "two.mcap", text.replace("rich:LAW", "idm:smith").replace("share: 0.25", "s0: 3")
         )
     )
-    with pytest.raises(NoTheoryError, match="vehicle 1 was under IDM"):
+    with pytest.raises(NoTheoryError, match="vehicle 1 ran IDM"):
         theory_of(idm, 1.0, 3.0)
 
 
@@ -279,7 +279,7 @@ def refusal(folder: Path, control: str) -> str:
         ('model: "idm:smit"', "control.model: 'idm:smit': idm.py has no smit; allowed: smith"),
         (
             'model: "idm:idm"',
-            "control.model: 'idm:idm': idm.py has a value that is not a Law, idm;",
+            "control.model: 'idm:idm': idm.py has a value that is not of type Law, idm;",
         ),
         ('model: "os:path"', "control.model: 'os:path': there is no os.py beside it"),
         (
@@ -439,7 +439,10 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
             'kind: "mine:other"',
             "estimator.kind: 'mine:other': mine.py has no other; allowed: constant  (s.yaml, ",
         ),
-        ('kind: "idm:smith"', "estimator.kind: 'idm:smith': idm.py has a value that is no Estim"),
+        (
+            'kind: "idm:smith"',
+            "estimator.kind: 'idm:smith': idm.py has a value that is not of type Estim",
+        ),
         ("kind: kf", "estimator.kind: 'kf' is not one of kalman, ekf, ukf"),
         (
             "kind: ekf, parameters: {gain: 1}",
