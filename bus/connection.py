@@ -43,7 +43,7 @@ class Connection:
     """
 
     realtime = False
-    """Whether it runs in real time: publishers drop what a reader is too slow for, and never wait."""
+    """Whether it runs in real time. Then publishers drop messages rather than wait for a reader."""
 
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant

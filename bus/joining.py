@@ -21,7 +21,7 @@ Answer = Callable[[], bytes]
 class RunState(NamedTuple):
     """The state of a run: its effective scenario, as JSON, and its processes.
 
-    present: the names of the running processes. shared: the vehicles of each shared process, whether
+    present: names of the running processes. shared: vehicles of each shared process, whether
     it is running or not.
     """
 

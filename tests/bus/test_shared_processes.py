@@ -133,28 +133,28 @@ def test_keys_of_a_process() -> None:
 @pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
 @pytest.mark.parametrize("per_process", [2, 7])
 def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process: int) -> None:
-    told = scenario(tmp_path, text)
-    placed = vehicle_processes(told.fleet.size, per_process)
+    settings = scenario(tmp_path, text)
+    placed = vehicle_processes(settings.fleet.size, per_process)
     logged: Logged = []
 
     def log(topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         assert topic.logged_as is not None
         logged.append((topic.logged_as, time_ns, payload))
 
-    agents: list[Agent] = [LockStepWorld(told), LockStepChannel(told)]
-    agents += [LockStepVehicles(told, process) for process in placed]
+    agents: list[Agent] = [LockStepWorld(settings), LockStepChannel(settings)]
+    agents += [LockStepVehicles(settings, process) for process in placed]
     InProcessBus(agents, log).run()
     assert logged == in_lock_step(settings)
 
 
 @pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
 def test_in_real_time_too(tmp_path: Path, text: str) -> None:
-    told = scenario(tmp_path, text)
-    alone = VirtualBus(realtime_agents(told))
+    settings = scenario(tmp_path, text)
+    alone = VirtualBus(realtime_agents(settings))
     alone.run()
-    placed = vehicle_processes(told.fleet.size, 3)
-    agents: list[RealtimeAgent] = [RealtimeChannel(told), RealtimeWorld(told)]
-    together = VirtualBus([*agents, *(RealtimeVehicles(told, process) for process in placed)])
+    placed = vehicle_processes(settings.fleet.size, 3)
+    agents: list[RealtimeAgent] = [RealtimeChannel(settings), RealtimeWorld(settings)]
+    together = VirtualBus([*agents, *(RealtimeVehicles(settings, process) for process in placed)])
     together.run()
     assert together.logged == alone.logged
 
