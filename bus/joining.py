@@ -78,9 +78,9 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> RunState:
         ) from error
 
 
-def _standing(scenario: bytes, answer: Any) -> Standing:
+def _state(scenario: bytes, answer: Any) -> RunState:
     shared = {str(name): [int(one) for one in ids] for name, ids in answer["shared"].items()}
-    return Standing(scenario, frozenset(map(str, answer["present"])), shared)
+    return RunState(scenario, frozenset(map(str, answer["present"])), shared)
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:

@@ -113,7 +113,7 @@ class RealtimeBus(Connection):
 
         `after_turn` is called after each message and each thing done.
         """
-        self._watch.let_be()
+        self._watch.ignore_stalls()
         while not self._agent.done:
             self.turn()
             after_turn()
