@@ -60,7 +60,7 @@ def test_a_run_is_told_by_its_name(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "run", f"{NASTY}.yaml", "--out", "m[/b]", "--bus", "in-process")
     assert (outcome.code, outcome.err) == (0, "")
     assert f"{NASTY}, seed 1" in outcome.out
-    assert outcome.out.splitlines()[-1] == "in m[/b]"
+    assert outcome.out.splitlines()[-1] == "written to m[/b]"
     outcome = zenvoy(tmp_path, "info", "m[/b]/run.mcap")
     assert NASTY in outcome.out
     outcome = zenvoy(tmp_path, "info", "[red]x")
