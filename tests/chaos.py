@@ -270,18 +270,18 @@ def _complete_all_the_same(found: Found) -> bool:
 
 
 def _judge_end(found: Found, outcome: Outcome, started: Command) -> None:
-    case, fate = found.case, expected_of(found.case)
+    case, expected = found.case, expected_of(found.case)
     first = found.said
-    if outcome.code not in fate.ends:
-        found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(fate.ends)}")
+    if outcome.code not in expected.ends:
+        found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(expected.ends)}")
     elif case.moment == "last" and _complete_all_the_same(found):
         pass
-    elif first != fate.ends[outcome.code] and not (outcome.code == 0 and not first):
-        found.wrong.append(f"stderr says {first!r}, not {fate.ends[outcome.code]!r}")
+    elif first != expected.ends[outcome.code] and not (outcome.code == 0 and not first):
+        found.wrong.append(f"stderr says {first!r}, not {expected.ends[outcome.code]!r}")
     if "Traceback" in outcome.err:
         found.wrong.append("a traceback")
-    if found.took_s > fate.within_s and outcome.code:
-        found.wrong.append(f"took {found.took_s:.1f} s, allowed: {fate.within_s:g} s")
+    if found.took_s > expected.within_s and outcome.code:
+        found.wrong.append(f"took {found.took_s:.1f} s, allowed: {expected.within_s:g} s")
     patience_s = 10.0 if case.victim == "command" and case.blow == "KILL" else 0.0
     found.wrong += [f"left behind: {name}" for name in started.left(patience_s)]
 
