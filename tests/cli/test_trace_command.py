@@ -56,7 +56,7 @@ def test_what_it_says_of_a_scenario_reads_the_same(tmp_path: Path) -> None:
     read = dict(csv.reader((tmp_path / "out" / "trace-reading.csv").read_text().splitlines()))
     assert read["rows without a speed, left out"] == "2"
     assert read["longest time without a speed, s"] == "0.2"
-    assert read["speeds a little below 0, taken to be 0"] == "1"
+    assert read["speeds slightly below 0, set to 0"] == "1"
     assert read["first time, as written"] == "780.1"
 
 
