@@ -23,12 +23,14 @@ def time_limit(limit_s: float | None) -> Iterator[None]:
     def expire(_signal: int, _frame: FrameType | None) -> None:
         raise TimeoutError(f"took longer than {limit_s:g} s")
 
+    left_s, every_s = signal.setitimer(signal.ITIMER_REAL, 0.0)  # else it may ring in `expire`
     before = signal.signal(signal.SIGALRM, expire)
-    timer = signal.setitimer(signal.ITIMER_REAL, limit_s)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
     try:
         yield
     finally:
         if signal.getsignal(signal.SIGALRM) is expire:  # else a request to end has taken it over
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before)
-            signal.setitimer(signal.ITIMER_REAL, *timer)
+            # A timer that has just rung has nothing left, until its signal is taken.
+            signal.setitimer(signal.ITIMER_REAL, left_s or every_s, every_s)

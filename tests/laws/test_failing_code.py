@@ -172,3 +172,19 @@ def test_a_limit_leaves_the_alarm_of_others_as_it_was() -> None:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def test_a_limit_is_not_reached_by_the_alarm_of_others() -> None:
+    """The timer by which a process watches itself may ring at any moment."""
+    rung: list[int] = []
+    before = signal.signal(signal.SIGALRM, lambda number, _: rung.append(number))
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 2e-5, 2e-5)
+        for _ in range(20_000):
+            with time_limit(50.0):
+                pass
+        assert signal.getitimer(signal.ITIMER_REAL)[1] > 0.0
+        assert rung
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
