@@ -74,9 +74,15 @@ class Channel:
 
 
 def _links(scene: Scene, sent: Transmitted) -> Envelope:
-    """The table of the frames of a cycle, as it is logged."""
+    frames = frame_table(scene, sent)
+    links = pb.Links(cycle=scene.cycle, time_ns=scene.sent_ns, frames=frames)
+    return Envelope(LINKS, 0, links.SerializeToString())
+
+
+def frame_table(scene: Scene, sent: Transmitted) -> bytes:
+    """Return the table of the frames of a cycle, as it is logged: a serialized pb.Frames."""
     rows, outcomes = sent.rows, sent.outcomes
-    frames = _FRAMES.encode(
+    return _FRAMES.encode(
         cycle=scene.cycle,
         time_ns=scene.sent_ns,
         source=rows.source + 1,
@@ -90,5 +96,3 @@ def _links(scene: Scene, sent: Transmitted) -> Envelope:
         **({} if sent.busy_ratio is None else {"busy_ratio": sent.busy_ratio}),
         **({} if sent.hops is None else {"hops": sent.hops}),
     )
-    links = pb.Links(cycle=scene.cycle, time_ns=scene.sent_ns, frames=frames)
-    return Envelope(LINKS, 0, links.SerializeToString())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from zenvoy.channel.latency import Latencies
 from zenvoy.channel.loss import Losses
 from zenvoy.channel.where import Where
-from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
 from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import Scenario
 
@@ -39,23 +39,28 @@ class Conditions:
     Of the channel's own section and the rules that apply, the last one counts.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        channel, seed, size = scenario.channel, scenario.seed, scenario.fleet.size
+    def __init__(self, *scenarios: Scenario) -> None:
+        """`scenarios`: of runs side by side, which differ in nothing but their seed."""
+        channel, size = scenarios[0].channel, scenarios[0].fleet.size
+        seeds = Seeds(tuple(one.seed for one in scenarios), size)
         delay_ms = channel.radio.delay_ms
         losses = [channel.loss, *(rule.loss for rule in channel.rules)]
         latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
-        self._seed, self._duplicate = seed, channel.duplicate
+        self._duplicate = channel.duplicate
+        self._fates, self._copies = (
+            Draws(seeds, purpose) for purpose in (Purpose.LOSS_AND_LATENCY, Purpose.DUPLICATION)
+        )
         self._losses = {
-            number: Losses(loss, seed, size, number)
+            number: Losses(loss, seeds, number)
             for number, loss in enumerate(losses)
             if loss is not None
         }
         self._latencies = {
-            number: Latencies(latency, delay_ms, seed, size, number)
+            number: Latencies(latency, delay_ms, seeds, number)
             for number, latency in enumerate(latencies)
             if latency is not None
         }
-        self._where = {n: Where(rule, scenario) for n, rule in enumerate(channel.rules, start=1)}
+        self._where = {n: Where(rule, *scenarios) for n, rule in enumerate(channel.rules, start=1)}
         self._draws = any(model.draws for model in self._losses.values()) or any(
             model.draws for model in self._latencies.values()
         )
@@ -65,12 +70,23 @@ class Conditions:
         """The least that any of the latencies allows, without the time on the air."""
         return min(model.least_ns for model in self._latencies.values())
 
+    @property
+    def certain_latencies_ns(self) -> tuple[int, int] | None:
+        """The least and the greatest latency, where nothing else can happen to a frame; else None.
+
+        Without the time on the air.
+        """
+        latency = self._latencies[0]
+        if self._where or not self._losses[0].never or latency.greatest_ns is None:
+            return None
+        return latency.least_ns, latency.greatest_ns
+
     def of(self, rows: Rows, scene: Scene) -> Impairments:
         """Return what impairs each frame of a cycle."""
         count = len(rows.source)
         chance = share = np.zeros(count)
         if self._draws:
-            chance, share = uniforms(self._seed, Purpose.LOSS_AND_LATENCY, *rows.keys)
+            chance, share = self._fates.of_links(*rows.link)
         covered = self._covered(rows, scene)
         lost, damaged = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
         for number, chosen in _portions(list(self._losses), covered, count):
@@ -82,7 +98,7 @@ class Conditions:
 
     def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Impairments]:
         """Return which of the frames come twice, and what impairs their second copies."""
-        chance, share = uniforms(self._seed, Purpose.DUPLICATION, *rows.keys)
+        chance, share = self._copies.of_links(*rows.link)
         twice = chance < self._duplicate
         some = rows.only(twice)
         nothing = np.zeros(len(some.source), dtype=np.bool_)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.channel.sender_offset import SenderOffsets
+from zenvoy.keyed_random.draws import Seeds
 from zenvoy.links.rows import Rows
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
+
+_LAST: Final = 1.0 - 2.0**-53  # no draw is greater
 
 
 class Latencies:
@@ -24,14 +29,14 @@ class Latencies:
         self,
         latency: Latency,
         technology_ms: tuple[float, float],
-        seed: int,
-        size: int,
+        seeds: Seeds,
         number: int = 0,
     ) -> None:
         distribution = distributions()[latency.distribution]
         self._delays = distribution.quantile(latency, technology_ms)
-        self._offsets = SenderOffsets(latency.sender_offset, seed, size, number)
+        self._offsets = SenderOffsets(latency.sender_offset, seeds, number)
         self.least_ns = int(self._delays(np.zeros(1))[0])  # quantile functions never fall
+        self.greatest_ns = None if self._offsets.used else int(self._delays(np.array([_LAST]))[0])
         self.ordered = not latency.reorder
         self.draws = not distribution.constant(technology_ms)
 

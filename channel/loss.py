@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
 from zenvoy.links.loss_model import Effect, Judge
 from zenvoy.links.rows import Rows, Scene
 from zenvoy.links.table import loss_models
@@ -18,13 +18,18 @@ Bools = NDArray[np.bool_]
 class Losses:
     """All that a section of loss asks for; sections of other `number` draw for themselves."""
 
-    def __init__(self, loss: Loss, seed: int, size: int, number: int = 0) -> None:
-        self._seed = seed
+    def __init__(self, loss: Loss, seeds: Seeds, number: int = 0) -> None:
+        self._corruption = Draws(seeds, Purpose.CORRUPTION)
         self._judges: dict[Effect, list[Judge]] = {effect: [] for effect in Effect}
         for key, model in loss_models().items():
             value = getattr(loss, key)
             if value != model.default:
-                self._judges[model.effect].append(model.judge(value, seed, size, number))
+                self._judges[model.effect].append(model.judge(value, seeds, number))
+
+    @property
+    def never(self) -> bool:
+        """Whether nothing is ever lost or damaged."""
+        return not any(self._judges.values())
 
     @property
     def draws(self) -> bool:
@@ -42,7 +47,7 @@ class Losses:
         """Return which frames come damaged, (r,), lost or not."""
         if not self._judges[Effect.DAMAGE_CHANCE]:
             return np.zeros(len(rows.source), dtype=np.bool_)
-        chance, _ = uniforms(self._seed, Purpose.CORRUPTION, *rows.keys)
+        chance, _ = self._corruption.of_links(*rows.link)
         return np.asarray(chance < self._probability(Effect.DAMAGE_CHANCE, rows, scene))
 
     def _probability(self, effect: Effect, rows: Rows, scene: Scene) -> float | Floats:

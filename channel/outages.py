@@ -14,10 +14,11 @@ Bools = NDArray[np.bool_]
 
 
 class Outages:
-    """The outages of a scenario."""
+    """The outages of a scenario, or of several that differ in nothing but their seed."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self._places = [Where(outage, scenario) for outage in scenario.channel.outages]
+    def __init__(self, *scenarios: Scenario) -> None:
+        outages = scenarios[0].channel.outages
+        self._places = [Where(outage, *scenarios) for outage in outages]
 
     def lost(self, source: Ints, destination: Ints, position: Floats, sent_ns: int) -> Bools | None:
         """Which frames (r,) an outage takes; None where there is none. As `Where.covers`."""

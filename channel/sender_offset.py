@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
 from zenvoy.links.rows import Rows
 from zenvoy.scenarios import SenderOffset
 
@@ -18,18 +18,27 @@ Ints = NDArray[np.int64]
 
 
 class SenderOffsets:
-    """The offsets of `size` senders; they depend on seed, sender and sequence number alone.
+    """The offsets of senders; they depend on seed, sender and sequence number alone.
 
     Senders of another `number` draw for themselves.
     """
 
-    def __init__(self, settings: SenderOffset, seed: int, size: int, number: int = 0) -> None:
-        self._settings, self._seed, self._size = settings, seed, size
+    def __init__(self, settings: SenderOffset, seeds: Seeds, number: int = 0) -> None:
+        size = seeds.vehicles
+        self._settings, self._size = settings, size
+        self._offsets, self._keeps = (
+            Draws(seeds, purpose) for purpose in (Purpose.SENDER_OFFSET, Purpose.SENDER_KEEPS)
+        )
         self._number = number
         self._max_ns = round(settings.max_ms * 1e6)
         self._offset_ns, self._picks, self._next, self._left = (
             np.zeros(size, dtype=np.int64) for _ in range(4)
         )
+
+    @property
+    def used(self) -> bool:
+        """Whether there are any."""
+        return self._max_ns > 0
 
     def of(self, rows: Rows) -> Ints:
         """Offsets of these frames, ns, (r,). A sender's numbers never fall from call to call."""
@@ -51,9 +60,9 @@ class SenderOffsets:
 
     def _pick(self, sender: Ints) -> None:
         settings, pick = self._settings, self._picks[sender]
-        keys = (sender + 1, self._number, pick)
-        place, span = uniforms(self._seed, Purpose.SENDER_OFFSET, *keys)
-        keep, _ = uniforms(self._seed, Purpose.SENDER_KEEPS, *keys)
+        keys = (sender, pick, self._number)
+        place, span = self._offsets.of_vehicles(*keys)
+        keep, _ = self._keeps.of_vehicles(*keys)
         moves = (pick == 0) | (keep >= settings.keep)
         new_ns = np.floor(place * self._max_ns).astype(np.int64)
         self._offset_ns[sender] = np.where(moves, new_ns, self._offset_ns[sender])

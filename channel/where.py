@@ -17,14 +17,16 @@ Bools = NDArray[np.bool_]
 class Where:
     """A scope of a scenario, worked out: times in ns, and who sends to whom."""
 
-    def __init__(self, scope: Scope, scenario: Scenario) -> None:
-        size, groups = scenario.fleet.size, group_members(scenario)
+    def __init__(self, scope: Scope, *scenarios: Scenario) -> None:
+        """`scenarios`: of runs side by side, which differ in nothing but their seed."""
+        size = scenarios[0].fleet.size
+        groups = [group_members(scenario) for scenario in scenarios]  # some are drawn by seed
 
         def mask(text: str | None) -> Bools:
-            named = members(text or "all", size, groups)
-            return np.array([vehicle in named for vehicle in range(1, size + 1)])
+            named = [members(text or "all", size, of_run) for of_run in groups]
+            return np.array([v in of_run for of_run in named for v in range(1, size + 1)])
 
-        self._ring_length_m = scenario.ring_length_m
+        self._ring_length_m = scenarios[0].ring_length_m
         self._from_ns = round(scope.from_s * 1e9)
         self._until_ns = math.inf if scope.until_s is None else round(scope.until_s * 1e9)
         self._sends, self._hears = mask(scope.source), mask(scope.destination)

@@ -17,12 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from zenvoy.keyed_random.quantile import normal_quantile
 
 Words = NDArray[np.uint64]
+Key = Words | np.uint64
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 _MASK: Final = np.uint64(0xFFFFFFFF)
 _SHIFT: Final = np.uint64(32)
 _MULTIPLIERS: Final = (np.uint64(0xD2511F53), np.uint64(0xCD9E8D57))
-_WEYL: Final = (0x9E3779B9, 0xBB67AE85)
+_WEYL: Final = (np.uint64(0x9E3779B9), np.uint64(0xBB67AE85))
 _ROUNDS: Final = 10
 
 
@@ -52,12 +54,13 @@ def numbered(purpose: int, number: int) -> int:
     return int(purpose) + 256 * number
 
 
-def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> list[Words]:
-    """Return four words of 32 random bits, each of the counter's broadcast shape."""
+def philox(key: tuple[Key, Key], counter: tuple[Words, Words, Words, Words]) -> list[Words]:
+    """Return four words of 32 random bits, each of the broadcast shape of key and counter."""
+    k0, k1 = key
     c0, c1, c2, c3 = counter
     for number in range(_ROUNDS):
-        k0 = np.uint64((key[0] + number * _WEYL[0]) & 0xFFFFFFFF)
-        k1 = np.uint64((key[1] + number * _WEYL[1]) & 0xFFFFFFFF)
+        if number:
+            k0, k1 = (k0 + _WEYL[0]) & _MASK, (k1 + _WEYL[1]) & _MASK
         p0 = c0 * _MULTIPLIERS[0]
         p1 = c2 * _MULTIPLIERS[1]
         c0, c1 = (p1 >> _SHIFT) ^ c1 ^ k0, p1 & _MASK
@@ -66,34 +69,73 @@ def philox(key: tuple[int, int], counter: tuple[Words, Words, Words, Words]) -> 
 
 
 def uniforms(
-    seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike
+    seed: ArrayLike, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike
 ) -> tuple[Floats, Floats]:
-    """Return two independent draws in [0, 1), of the broadcast shape of who, whom and number."""
-    key = (seed & 0xFFFFFFFF, seed >> 32)
+    """Return two independent draws in [0, 1), of the broadcast shape of seed, who, whom, number."""
+    seeds = np.asarray(seed, np.uint64)
+    key = (seeds & _MASK, seeds >> _SHIFT)
     c0, c1, c2, c3 = (np.asarray(part, np.uint64) for part in (int(purpose), who, whom, number))
     w0, w1, w2, w3 = philox(key, (c0, c1, c2, c3))
     return _fraction(w0, w1), _fraction(w2, w3)
 
 
-def normals(seed: int, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
+def normals(
+    seed: ArrayLike, purpose: int, who: ArrayLike, whom: ArrayLike, number: ArrayLike
+) -> Floats:
     """Return standard normal draws: the quantiles of the first uniform ones."""
     return normal_quantile(uniforms(seed, purpose, who, whom, number)[0])
 
 
 @dataclass(frozen=True, slots=True)
-class Draws:
-    """Draws from one seed for one purpose."""
+class Seeds:
+    """The seeds of runs side by side, each of a fleet of `size`.
 
-    seed: int
+    Vehicle i of run s has the index s · size + i - 1, with i and s from 1 and 0.
+    """
+
+    each: tuple[int, ...]
+    size: int
+
+    def of(self, index: Ints) -> ArrayLike:
+        """Return the seed of the run that a vehicle belongs to."""
+        if len(self.each) == 1:
+            return self.each[0]
+        return np.array(self.each, np.uint64)[index // self.size]
+
+    def numbers(self, index: Ints) -> Ints:
+        """Return the numbers of vehicles in their run, from 1."""
+        return index + 1 if len(self.each) == 1 else index % self.size + 1
+
+    @property
+    def vehicles(self) -> int:
+        """How many there are in all runs."""
+        return len(self.each) * self.size
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """Draws for one purpose. A vehicle draws the same whichever runs are beside its own."""
+
+    seeds: Seeds
     purpose: int
 
-    def uniforms(self, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> tuple[Floats, Floats]:
-        """Return two independent draws in [0, 1), of the broadcast shape of the arguments."""
-        return uniforms(self.seed, self.purpose, who, whom, number)
+    def of_links(self, source: Ints, destination: Ints, number: ArrayLike) -> tuple[Floats, Floats]:
+        """Return two independent draws in [0, 1) for each link and number; indices from 0."""
+        seeds = self.seeds
+        who, whom = seeds.numbers(source), seeds.numbers(destination)
+        return uniforms(seeds.of(source), self.purpose, who, whom, number)
 
-    def normals(self, who: ArrayLike, whom: ArrayLike, number: ArrayLike) -> Floats:
-        """Return standard normal draws, of the broadcast shape of the arguments."""
-        return normals(self.seed, self.purpose, who, whom, number)
+    def of_vehicles(
+        self, index: Ints, number: ArrayLike, purpose_number: int = 0
+    ) -> tuple[Floats, Floats]:
+        """Return two independent draws in [0, 1) for each vehicle and number; indices from 0."""
+        seeds = self.seeds
+        who = seeds.numbers(index)
+        return uniforms(seeds.of(index), self.purpose, who, purpose_number, number)
+
+    def normals_of_links(self, source: Ints, destination: Ints, number: ArrayLike) -> Floats:
+        """Return standard normal draws for each link and number; indices from 0."""
+        return normal_quantile(self.of_links(source, destination, number)[0])
 
 
 def _fraction(high: Words, low: Words) -> Floats:

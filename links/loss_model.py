@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.keyed_random.draws import Draws, numbered
+from zenvoy.keyed_random.draws import Draws, Seeds, numbered
 from zenvoy.links.rows import Rows, Scene
 
 Floats = NDArray[np.float64]
@@ -80,6 +80,7 @@ class LossModel:
             return self.purpose
         return _FIRST_OWN + zlib.crc32(self.key.encode()) % (_NUMBERS - _FIRST_OWN)
 
-    def judge(self, value: Any, seed: int, size: int, section: int = 0) -> Judge:
-        """Return the model for `size` vehicles; each `section` of loss draws for itself."""
-        return self.start(value, Draws(seed, numbered(self.number, section)), size)
+    def judge(self, value: Any, seeds: Seeds, section: int = 0) -> Judge:
+        """Return the model for the vehicles of these seeds; each `section` draws for itself."""
+        draws = Draws(seeds, numbered(self.number, section))
+        return self.start(value, draws, seeds.vehicles)

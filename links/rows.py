@@ -21,9 +21,9 @@ class Rows(NamedTuple):
     sequence: Ints
 
     @property
-    def keys(self) -> tuple[Ints, Ints, Ints]:
-        """What keys their draws: numbers of both vehicles, from 1, and the frame's."""
-        return self.source + 1, self.destination + 1, self.sequence
+    def link(self) -> tuple[Ints, Ints, Ints]:
+        """What keys their draws: both ends, and the number of the frame."""
+        return self.source, self.destination, self.sequence
 
     def only(self, chosen: Bools | slice) -> Rows:
         """Those of the rows."""

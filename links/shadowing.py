@@ -44,7 +44,7 @@ class Shadowing:
     def _moved(self, code: Ints, low: Ints, high: Ints, scene: Scene) -> Floats:
         """Values of the pairs now, of unit variance; and keep them."""
         place = scene.position
-        fresh = self._draws.normals(low + 1, high + 1, scene.cycle)
+        fresh = self._draws.normals_of_links(low, high, scene.cycle)
         at = np.searchsorted(self._code, code)
         known = at < len(self._code)
         known[known] = self._code[at[known]] == code[known]

@@ -121,7 +121,7 @@ def decide(
     observation = observation._replace(
         state=law.state if state is None else state, period_s=period_s, uniform=uniform
     )
-    output = _applied(controller, observation)
+    output = applied(controller, observation)
     return Decision(
         clipped(output.acceleration, aim.limit),
         controller.mode,
@@ -178,8 +178,8 @@ def _with_reports(
     )
 
 
-def _applied(controller: Controller, observation: Observation) -> Output:
-    """What the law returns, checked. Raises LawError."""
+def applied(controller: Controller, observation: Observation) -> Output:
+    """Return what the law returns, checked. Raises LawError."""
     law = controller.law
     try:
         with time_limit(controller.limit_s):

@@ -14,9 +14,27 @@ from typing import Final
 
 from zenvoy.vehicles.gains import Covariance, gain_schedule
 from zenvoy.vehicles.linear import Array
+from zenvoy.vehicles.steps import Number
 
 # R follows the size of what is read in steps of this ratio, so that the gain can settle between.
 _RESCALE: Final = 1.25
+
+LEAST_SIZE: Final = 0.1
+"""A reading counts as at least of this size, m or m/s: near 0 its error is never 0."""
+
+
+def advanced(p: Number, v: Number, a: Number, period_s: float) -> tuple[Number, Number]:
+    """Return gap (m) and relative speed (m/s) a period later: x' = F x + B a."""
+    return p + period_s * (v + 0.5 * period_s * a), v + period_s * a
+
+
+def corrected(
+    p: Number, v: Number, read_p: Number, read_v: Number, gain: Sequence[Sequence[Number]]
+) -> tuple[Number, Number]:
+    """Return x = x' + K (z - x'), with x' = [p, v] and z = [read_p, read_v]."""
+    (k_pp, k_pv), (k_vp, k_vv) = gain
+    dp, dv = read_p - p, read_v - v
+    return p + k_pp * dp + k_pv * dv, v + k_vp * dp + k_vv * dv
 
 
 class ReadingError:
@@ -31,18 +49,21 @@ class ReadingError:
     def __init__(self, share_std: float, nominal: float, floor: float = 1e-3) -> None:
         self._share = share_std
         self._floor = floor
-        self._nominal = max(nominal, 0.1)
+        self._nominal = max(nominal, LEAST_SIZE)
         self._low = self._high = self._variance = 0.0
 
     def variance(self, value: float) -> float:
         """Variance of a reading of about `value`, exact to within a factor of _RESCALE²."""
-        size = max(abs(value), 0.1)
+        size = max(abs(value), LEAST_SIZE)
         if not self._low <= size <= self._high:
-            steps = round(math.log(size / self._nominal, _RESCALE))
-            used = self._nominal * _RESCALE**steps
-            self._low, self._high = used / _RESCALE, used * _RESCALE
-            self._variance = max(self._share * used, self._floor) ** 2
+            self._low, self._high, self._variance = self.around(size)
         return self._variance
+
+    def around(self, size: float) -> tuple[float, float, float]:
+        """Return for which sizes a variance serves that suits `size`, and that variance."""
+        steps = round(math.log(size / self._nominal, _RESCALE))
+        used = self._nominal * _RESCALE**steps
+        return used / _RESCALE, used * _RESCALE, max(self._share * used, self._floor) ** 2
 
 
 class Filter:
@@ -101,8 +122,7 @@ class Filter:
             return (self.x[0] + period_s * sum(inputs),)
         p, v = self.x
         for a in inputs:
-            p += period_s * (v + 0.5 * period_s * a)
-            v += period_s * a
+            p, v = advanced(p, v, a, period_s)
         return (p, v)
 
     @staticmethod
@@ -112,7 +132,4 @@ class Filter:
         """x = x' + K (z - x')."""
         if len(x) == 1:
             return (x[0] + gain[0][0] * (z[0] - x[0]),)
-        p, v = x
-        (k_pp, k_pv), (k_vp, k_vv) = gain
-        dp, dv = z[0] - p, z[1] - v
-        return (p + k_pp * dp + k_pv * dv, v + k_vp * dp + k_vv * dv)
+        return corrected(x[0], x[1], z[0], z[1], gain)

@@ -12,6 +12,7 @@ which takes other kernels on other processors, and gains would differ in their l
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Final
 
@@ -20,11 +21,13 @@ from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from zenvoy.vehicles.linear import Array, linear_model
+from zenvoy.vehicles.steps import Number
 
 Objects = NDArray[np.object_]
 
-# The gain counts as settled when a step changes no entry of P by more than this share of P.
-_SETTLED: Final = 1e-13
+SETTLED: Final = 1e-13
+"""The gain counts as settled when a step changes no entry of P by more than this share of P."""
+
 # Losses make ever new histories; past this many points they are computed but not kept.
 _KEEP: Final = 4_096
 
@@ -48,13 +51,8 @@ class GainSchedule:
         self, period_s: float, acceleration_std: float, variances: tuple[float, ...]
     ) -> None:
         size = len(variances)
-        kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
-        model = linear_model(period_s, acceleration_std, size)
-        kalman.F, kalman.B, kalman.Q = (matrix.astype(object) for matrix in model)
-        kalman.H = np.eye(size).astype(object)
-        kalman.R = np.diag(variances).astype(object)
-        kalman.inv = inverse
-        self._kalman = kalman
+        self._kalman = kalman_filter(period_s, acceleration_std, size)
+        self._kalman.R = np.diag(variances).astype(object)
         self._kept = 0
         self.first = Covariance(np.diag(variances), np.eye(size).tolist())
 
@@ -78,24 +76,44 @@ class GainSchedule:
         if periods == 1:
             updated, entries = kalman.P.ravel().tolist(), before.P.ravel().tolist()
             change = max(abs(new - old) for new, old in zip(updated, entries, strict=True))
-            if change <= _SETTLED * max(map(abs, updated)):
+            if change <= SETTLED * max(map(abs, updated)):
                 return before
         return Covariance(kalman.P.astype(np.float64), kalman.K.tolist())
 
 
+def kalman_filter(period_s: float, acceleration_std: float, size: int) -> KalmanFilter:
+    """Return filterpy's filter of a model, without its R.
+
+    Its matrices hold Python objects: floats, or arrays of them, one for each of many filters.
+    """
+    kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
+    model = linear_model(period_s, acceleration_std, size)
+    kalman.F, kalman.B, kalman.Q = (matrix.astype(object) for matrix in model)
+    kalman.H = np.eye(size).astype(object)
+    kalman.inv = inverse
+    return kalman
+
+
 def inverse(S: Objects) -> Objects:  # noqa: N803  # the letter of the field
-    """S⁻¹ of a matrix (1, 1) or (2, 2) of Python's floats; LinAlgError where it has none."""
-    entries = S.tolist()
-    if len(entries) == 1:
-        ((determinant,),) = entries
-        adjugate = [[1.0]]
+    """S⁻¹ of a matrix (1, 1) or (2, 2) of floats or arrays; LinAlgError where it has none."""
+    if S.shape == (1, 1):
+        determinant, adjugate = S[0, 0], [[1.0]]
     else:
-        (a, b), (c, d) = entries
+        a, b, c, d = S.ravel()
         determinant = a * d - b * c
         adjugate = [[d, -b], [-c, a]]
-    if determinant == 0.0:
+    if np.any(determinant == 0.0):
         raise np.linalg.LinAlgError("Singular matrix")
-    return np.array([[x / determinant for x in row] for row in adjugate], dtype=object)
+    return objects([[x / determinant for x in row] for row in adjugate])
+
+
+def objects(rows: Sequence[Sequence[Number]]) -> Objects:
+    """Return a matrix (n, n) whose entries are these floats or arrays."""
+    matrix = np.empty((len(rows), len(rows)), dtype=object)
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            matrix[i, j] = entry
+    return matrix
 
 
 @lru_cache(maxsize=256)

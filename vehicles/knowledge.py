@@ -20,7 +20,7 @@ from zenvoy.vehicles.received import ReceivedBeacon, radar_in
 from zenvoy.vehicles.state import LinkState, SpeedState
 
 # A reading of the own acceleration that differs by more contradicts the commands, m/s².
-_CONTRADICTS: Final = 0.1
+CONTRADICTS: Final = 0.1
 
 
 class Knowledge:
@@ -50,7 +50,7 @@ class Knowledge:
         self._set_up_estimates(scenario)
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
-        gap_error, speed_error = _link_errors(scenario)
+        gap_error, speed_error = link_errors(scenario)
 
         limit_s = scenario.stall_limit_s
 
@@ -90,7 +90,7 @@ class Knowledge:
             if len(self._past) > self._keep_ns // self._period_ns + 2:
                 del self._past[next(iter(self._past))]
         reading = sense.acceleration
-        if abs(reading - self._commanded.mean(start_ns, time_ns)) > _CONTRADICTS:
+        if abs(reading - self._commanded.mean(start_ns, time_ns)) > CONTRADICTS:
             plan = [time_ns], [reading]
         else:
             plan = self._commanded.steps_from(time_ns)
@@ -186,7 +186,7 @@ def prepare(scenario: Scenario) -> None:
     if scenario.estimator.kind != "kalman":
         return  # nothing of the others is shared
     error_std, control = scenario.sensors.error_std, scenario.control
-    gap_error, speed_error = _link_errors(scenario)
+    gap_error, speed_error = link_errors(scenario)
     own = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
     gap = gap_error.variance(control.desired_gap_m)
     speed = speed_error.variance(control.desired_speed_mps)
@@ -195,7 +195,7 @@ def prepare(scenario: Scenario) -> None:
         settle(gain_schedule(period_s, scenario.estimator.acceleration_std_mps2, variances))
 
 
-def _link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
+def link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
     """Errors of a link's gap and of its relative speed, as a vehicle reads or receives them."""
     sensors, control = scenario.sensors, scenario.control
     if control.neighbour_state == "position":  # differences of two readings each

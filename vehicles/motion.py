@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 
-NS = 1e-9
+from zenvoy.vehicles.steps import NS, over, spans
 
 
 class Motion:
@@ -67,23 +67,7 @@ class Motion:
     def over(self, t0_ns: int, t1_ns: int) -> tuple[float, float]:
         """Displacement beyond uniform motion (m) and change of speed (m/s) from t0 to t1."""
         times, values = self._from_ns, self._value
-        if not times:
-            return 0.0, 0.0
-        if t0_ns >= times[-1]:  # nearly always: nothing changes after t0
-            dt = (t1_ns - t0_ns) * NS
-            return 0.5 * values[-1] * dt * dt, values[-1] * dt
-        at = max(bisect_right(times, t0_ns) - 1, 0)
-        dp = dv = 0.0
-        now = t0_ns
-        while now < t1_ns:
-            until = times[at + 1] if at + 1 < len(times) and times[at + 1] < t1_ns else t1_ns
-            dt = (until - now) * NS
-            a = values[at]
-            dp += dv * dt + 0.5 * a * dt * dt
-            dv += a * dt
-            now = max(until, now)
-            at += 1
-        return dp, dv
+        return over(spans(times, t0_ns, t1_ns), values) if times else (0.0, 0.0)
 
     def steps_from(self, time_ns: int) -> tuple[list[int], list[float]]:
         """The step in force at `time_ns`, as from then, and those to come: times, values."""

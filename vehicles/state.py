@@ -11,7 +11,7 @@ from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.motion import Motion
 
 # Missed periods after which a link starts anew rather than be predicted through the gap.
-_GIVE_UP_PERIODS: Final = 100
+GIVE_UP_PERIODS: Final = 100
 
 
 class LinkState:
@@ -52,7 +52,7 @@ class LinkState:
     def measure(self, time_ns: int, reading: Relative, speed: float) -> None:
         """Take in a reading of `time_ns`; `speed` (m/s) is about that of the vehicles."""
         periods = (time_ns - self.measured_ns) // self._period_ns
-        if periods > _GIVE_UP_PERIODS:
+        if periods > GIVE_UP_PERIODS:
             self._filter.reset()
         started = self._filter.x
         inputs = self._relative_accelerations(time_ns, periods) if started else ()
@@ -114,7 +114,7 @@ class SpeedState:
     def measure(self, time_ns: int, reading: float) -> None:
         """Take in a reading (m/s) of `time_ns`, with what is known of the motion in between."""
         period_ns = self._period_ns
-        if (time_ns - self._measured_ns) // period_ns > _GIVE_UP_PERIODS:
+        if (time_ns - self._measured_ns) // period_ns > GIVE_UP_PERIODS:
             self._filter.reset()
         mean, started = self._own.mean, self._filter.x
         starts = range(self._measured_ns, time_ns, period_ns)

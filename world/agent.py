@@ -15,12 +15,12 @@ from zenvoy.bus.checks import fault_in_command, table_of
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.packed import tag
-from zenvoy.bus.topics import FRAMES, POSITIONS, RADAR, SENSE, TRUTH
+from zenvoy.bus.topics import FRAMES, POSITIONS, SENSE
 from zenvoy.laws import law_of
 from zenvoy.scenarios import Scenario, modes, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
-from zenvoy.world.rows import Decided, command_row, estimate_row
+from zenvoy.world.rows import Decided, command_row, estimate_row, radar_row, truth_row
 from zenvoy.world.sensors import Readings, SensorSet
 
 Floats = NDArray[np.float64]
@@ -92,16 +92,18 @@ class World:
         if cycle > self._cycles:
             return Begun()
         now_ns = cycle * self._period_ns
-        collided = self._fleet.advance_to(now_ns)
+        collided = [index for _, index in self._fleet.advance_to(now_ns)]
         self.stopped = bool(collided) and self._stops_on_collision
-        truth = self._truth(cycle, now_ns)
+        fleet = self._fleet
+        acceleration = fleet.mean_acceleration
+        truth = truth_row(cycle, now_ns, fleet.position, fleet.speed, acceleration)
         if self.stopped or cycle == self._cycles:
             return Begun([], [truth], collided)
-        position, speed = self._fleet.position, self._fleet.speed
-        readings = self._sensors.read(cycle, self._fleet.road.gaps(position), position, speed)
+        readings = self._sensors.read(cycle, fleet.gaps, fleet.position, fleet.speed)
+        radar = radar_row(cycle, now_ns, readings, acceleration)
         senses = self._senses(cycle, now_ns, readings, wall_start_ns)
         messages = [*senses, self._positions(cycle, now_ns, wall_start_ns)]
-        return Begun(messages, [truth, self._radar(cycle, now_ns, readings)], collided)
+        return Begun(messages, [truth, radar], collided)
 
     def events(
         self, cycle: int, commands: Iterable[pb.Command], collided: Sequence[int]
@@ -166,25 +168,3 @@ class World:
             cycle=cycle, time_ns=now_ns, position=position, wall_start_ns=wall_start_ns
         )
         return Envelope(POSITIONS, 0, message.SerializeToString())
-
-    def _truth(self, cycle: int, now_ns: int) -> Envelope:
-        message = pb.FleetTruth(
-            cycle=cycle,
-            time_ns=now_ns,
-            position=self._fleet.position.tolist(),
-            speed=self._fleet.speed.tolist(),
-            acceleration=self._fleet.mean_acceleration.tolist(),
-        )
-        return Envelope(TRUTH, 0, message.SerializeToString(), now_ns)
-
-    def _radar(self, cycle: int, now_ns: int, readings: Readings) -> Envelope:
-        message = pb.FleetRadar(
-            cycle=cycle,
-            time_ns=now_ns,
-            gap=readings.gap.tolist(),
-            relative_speed=readings.relative_speed.tolist(),
-            position=readings.position.tolist(),
-            speed=readings.speed.tolist(),
-            acceleration=self._fleet.mean_acceleration.tolist(),
-        )
-        return Envelope(RADAR, 0, message.SerializeToString(), now_ns)

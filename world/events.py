@@ -27,7 +27,7 @@ class Override(Protocol):
         """Instants between the two at which the acceleration changes."""
         ...
 
-    def acceleration(self, time_ns: int, speed: float) -> float | None:
+    def acceleration(self, time_ns: int, speed: Floats) -> Floats | float | None:
         """What acts from `time_ns` on (m/s²) at that speed (m/s); None while not in force."""
         ...
 
@@ -45,7 +45,7 @@ class Braking:
         """Its start and its end, where they lie between the two."""
         return (t for t in (self.start_ns, self.end_ns) if after_ns < t < before_ns)
 
-    def acceleration(self, time_ns: int, speed: float) -> float | None:
+    def acceleration(self, time_ns: int, speed: Floats) -> float | None:
         """The deceleration (m/s²), while it brakes."""
         return -self.deceleration if self.start_ns <= time_ns < self.end_ns else None
 
@@ -60,23 +60,23 @@ class Returning:
             brake.end_ns,
             brake.returned_ns,
         )
-        self._before: float | None = None
+        self._before: Floats | None = None
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
         """Start and end of the brake, and its own end, where they lie between the two."""
         times = (self._brakes_ns, self._start_ns, self._end_ns)
         return (t for t in times if after_ns < t < before_ns)
 
-    def acceleration(self, time_ns: int, speed: float) -> float | None:
+    def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
         """What takes it there evenly (m/s²), while it goes back.
 
         The fleet asks at every change, and so at the start of the brake, when it learns the speed.
         """
         if self._before is None and time_ns >= self._brakes_ns:
-            self._before = speed
+            self._before = speed.copy()
         if self._before is None or not self._start_ns <= time_ns < self._end_ns:
             return None
-        return (self._before - speed) / ((self._end_ns - time_ns) * 1e-9)
+        return np.asarray((self._before - speed) / ((self._end_ns - time_ns) * 1e-9))
 
 
 class Overrides:
@@ -99,18 +99,17 @@ class Overrides:
         return {t for override in self._all for t in override.changes(after_ns, before_ns)}
 
     def applied(self, time_ns: int, a: Floats, speed: Floats) -> Floats:
-        """Accelerations (n,) from `time_ns` on: `a` where nothing overrides it, at `speed` (n,)."""
-        ruled: dict[int, float] = {}  # by index
+        """Accelerations (…, n) from `time_ns` on: `a` where nothing overrides it, at `speed`."""
+        applied = a
         for override in self._all:
             index = override.vehicle - 1
-            value = override.acceleration(time_ns, float(speed[index]))
-            if value is not None:
-                ruled[index] = value
-        if not ruled:
-            return a
-        a = a.copy()
-        a[list(ruled)] = list(ruled.values())
-        return a
+            value = override.acceleration(time_ns, speed[..., index])
+            if value is None:
+                continue
+            if applied is a:
+                applied = a.copy()
+            applied[..., index] = value
+        return applied
 
 
 def _braking(brake: Brake) -> Braking:

@@ -3,39 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario
+from zenvoy.world.contacts import Contacts
 from zenvoy.world.dynamics import acting, advance
 from zenvoy.world.events import Overrides
 from zenvoy.world.road import Road
 
 Floats = NDArray[np.float64]
 
-# Vehicles that have touched must part by this much before they can collide anew.
-_APART_M: Final = 0.1
-
 
 class Fleet:
-    """Positions (m, not wrapped), speeds (m/s) and accelerations (m/s²), all (n,), at `time_ns`."""
+    """Positions (m, not wrapped), speeds (m/s) and accelerations (m/s²) at `time_ns`.
 
-    def __init__(self, scenario: Scenario) -> None:
+    All are (n,), or (runs, n) for several runs of a scenario side by side, which share the events
+    and the instants at which commands take effect.
+    """
+
+    def __init__(self, scenario: Scenario, runs: int | None = None) -> None:
         fleet = scenario.fleet
+        shape = (fleet.size,) if runs is None else (runs, fleet.size)
         self.time_ns = 0
         self.road = Road(scenario.ring_length_m)
-        self.position: Floats = np.arange(fleet.size - 1.0, -1.0, -1.0) * fleet.gap_m
-        self.speed: Floats = np.full(fleet.size, fleet.speed_mps)
-        self.mean_acceleration: Floats = np.zeros(fleet.size)
-        self.touching: frozenset[int] = frozenset()
-        self._length_m = fleet.length_m
+        at_start = np.arange(fleet.size - 1.0, -1.0, -1.0) * fleet.gap_m
+        self.position: Floats = np.broadcast_to(at_start, shape).copy()
+        self.speed: Floats = np.full(shape, fleet.speed_mps)
+        self.mean_acceleration: Floats = np.zeros(shape)
+        self.gaps: Floats = self.road.gaps(self.position)
+        """To the vehicle ahead, m; NaN for the first of the open road."""
+        self._contacts = Contacts(self.road, fleet.length_m)
         self._limit = scenario.control.acceleration_limit_mps2
         self._overrides = Overrides(scenario)
-        self._commanded: Floats = np.zeros(fleet.size)
-        self._coming: dict[int, list[tuple[int, float]]] = {}
+        self._commanded: Floats = np.zeros(shape)
+        self._coming: dict[int, list[tuple[int | slice, Floats | float]]] = {}
 
     @property
     def acceleration(self) -> Floats:
@@ -53,8 +57,13 @@ class Fleet:
         """Set the acceleration of a vehicle to 0 from an instant on, until its next command."""
         self._coming.setdefault(from_ns, []).append((vehicle - 1, 0.0))
 
-    def advance_to(self, time_ns: int) -> list[int]:
-        """Move to `time_ns`; returns the indices of vehicles that ran into the one ahead."""
+    def command_all(self, effective_ns: int, a: Floats) -> None:
+        """Take in a command for every vehicle, of the shape of `speed`."""
+        limited = np.maximum(-self._limit, np.minimum(self._limit, a))
+        self._coming.setdefault(effective_ns, []).append((slice(None), limited))
+
+    def advance_to(self, time_ns: int) -> list[tuple[int, int]]:
+        """Move to `time_ns`; returns who ran into the vehicle ahead: run and index, from 0."""
         start_ns, start_speed = self.time_ns, self.speed
         for until_ns in self._changes(time_ns):
             dt_s = (until_ns - self.time_ns) * 1e-9
@@ -63,12 +72,10 @@ class Fleet:
             self._apply()
         if time_ns > start_ns:
             self.mean_acceleration = (self.speed - start_speed) / ((time_ns - start_ns) * 1e-9)
-        self.position, self.speed, moved = self.road.separate(
-            self.position, self.speed, self._length_m
-        )
-        collided = [i for i in moved if i not in self.touching]
-        near = self.road.gaps(self.position) < self._length_m + _APART_M
-        self.touching = (self.touching | set(moved)) & set(np.flatnonzero(near).tolist())
+        self.gaps = self.road.gaps(self.position)
+        collided = self._contacts.found(self.gaps, self.position, self.speed)
+        if self._contacts.moved:
+            self.gaps = self.road.gaps(self.position)
         return collided
 
     def _changes(self, time_ns: int) -> list[int]:
@@ -82,6 +89,6 @@ class Fleet:
         """Let the commands take effect whose time has come."""
         for effective_ns in sorted(t for t in self._coming if t <= self.time_ns):
             commanded = self._commanded.copy()
-            for vehicle, a in self._coming.pop(effective_ns):
-                commanded[vehicle] = a
+            for which, a in self._coming.pop(effective_ns):
+                commanded[..., which] = a
             self._commanded = commanded

@@ -31,8 +31,7 @@ class LockStepWorld:
         self._core = World(scenario)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._vehicles = range(1, scenario.fleet.size + 1)
-        delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
-        self._lookahead = min(delay_ns // scenario.period_ns, _FARTHEST)
+        self._lookahead = lookahead(scenario)
         self._step = 0
 
     @property
@@ -71,3 +70,9 @@ class LockStepWorld:
         begun = self._core.begin(cycle)
         events = self._core.events(cycle, commands.values(), begun.collided)
         return [*begun.messages, *rows, *begun.rows, *events]
+
+
+def lookahead(scenario: Scenario) -> int:
+    """Return by how many cycles the world is ahead of the newest commands that it has."""
+    delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
+    return min(delay_ns // scenario.period_ns, _FARTHEST)

@@ -8,9 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from zenvoy.scenarios import Sine, Trace
 
 _NS = 1e-9
+
+Floats = NDArray[np.float64]
 
 
 class Profile(Protocol):
@@ -83,9 +88,9 @@ class Following:
             if time_ns < before_ns:
                 yield time_ns
 
-    def acceleration(self, time_ns: int, speed: float) -> float | None:
+    def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
         """What acts from `time_ns` on (m/s²) at that speed (m/s); None out of the profile."""
         if not self.profile.start_ns <= time_ns < self.profile.end_ns:
             return None
         at_ns, target = self.profile.next_point(time_ns)
-        return (target - speed) / ((at_ns - time_ns) * _NS)
+        return np.asarray((target - speed) / ((at_ns - time_ns) * _NS))

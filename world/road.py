@@ -22,7 +22,7 @@ class Road:
     ring_length_m: float | None
 
     def gaps(self, position: Floats) -> Floats:
-        """p_(i,i-1) (n,), m. Positions are not wrapped; NaN for the first of the open road."""
+        """p_(i,i-1) (…, n), m. Positions are not wrapped; NaN for the first of the open road."""
         return gaps(position, self.ring_length_m)
 
     def separate(

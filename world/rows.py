@@ -1,14 +1,22 @@
-"""From the commands of a cycle to rows of the log, in order of vehicle."""
+"""Rows of the log: what a cycle was, in order of vehicle."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import nan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND
+from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, RADAR, TRUTH, Topic
+from zenvoy.world.sensors import Readings
+
+Floats = NDArray[np.float64]
+
+_OF_LINK: Final = tuple(field.name for field in pb.LinkEstimate.DESCRIPTOR.fields)
 
 _NO_LINK: Final = pb.LinkEstimate(
     gap=nan,
@@ -49,16 +57,42 @@ class Decided(NamedTuple):
         return [self.commands.get(vehicle, _NO_COMMAND) for vehicle in self.vehicles]
 
 
+def truth_row(
+    cycle: int, time_ns: int, position: Floats, speed: Floats, acceleration: Floats
+) -> Envelope:
+    """Where the vehicles are (m), how fast (m/s), and their mean accelerations (m/s²), (n,)."""
+    message = pb.FleetTruth(
+        cycle=cycle,
+        time_ns=time_ns,
+        position=position.tolist(),
+        speed=speed.tolist(),
+        acceleration=acceleration.tolist(),
+    )
+    return Envelope(TRUTH, 0, message.SerializeToString(), time_ns)
+
+
+def radar_row(cycle: int, time_ns: int, readings: Readings, acceleration: Floats) -> Envelope:
+    """What the vehicles read, (n,)."""
+    message = pb.FleetRadar(
+        cycle=cycle,
+        time_ns=time_ns,
+        gap=readings.gap.tolist(),
+        relative_speed=readings.relative_speed.tolist(),
+        position=readings.position.tolist(),
+        speed=readings.speed.tolist(),
+        acceleration=acceleration.tolist(),
+    )
+    return Envelope(RADAR, 0, message.SerializeToString(), time_ns)
+
+
 def command_row(decided: Decided) -> Envelope:
     """Accelerations decided (m/s²) and when they take effect."""
     commands = decided.in_order
-    message = pb.FleetCommand(
-        cycle=decided.cycle,
-        time_ns=decided.time_ns,
-        acceleration=[command.acceleration for command in commands],
-        effective_ns=[command.effective_ns for command in commands],
-    )
-    return Envelope(FLEET_COMMAND, 0, message.SerializeToString(), decided.time_ns)
+    columns: dict[str, Iterable[float]] = {
+        "acceleration": [command.acceleration for command in commands],
+        "effective_ns": [command.effective_ns for command in commands],
+    }
+    return row_of(FLEET_COMMAND, decided.cycle, decided.time_ns, columns)
 
 
 def estimate_row(decided: Decided, with_neighbours: bool, columns: Mapping[int, int]) -> Envelope:
@@ -67,34 +101,25 @@ def estimate_row(decided: Decided, with_neighbours: bool, columns: Mapping[int, 
     columns: how many values the laws of the scenario's own log, by mode.
     """
     commands = decided.in_order
-    ahead = [command.ahead for command in commands]
-    behind = [command.behind for command in commands]
-    message = pb.FleetEstimate(
-        cycle=decided.cycle,
-        time_ns=decided.time_ns,
-        mode=[command.mode for command in commands],
-        age_ns=[command.age_ns for command in commands],
-        speed=[command.speed for command in commands],
-        speed_std=[command.speed_std for command in commands],
-        predicted_speed=[command.predicted_speed for command in commands],
-        ahead_gap=[link.gap for link in ahead],
-        ahead_speed=[link.speed for link in ahead],
-        ahead_gap_std=[link.gap_std for link in ahead],
-        ahead_speed_std=[link.speed_std for link in ahead],
-        ahead_predicted_gap=[link.predicted_gap for link in ahead],
-        ahead_predicted_speed=[link.predicted_speed for link in ahead],
-        ahead_measured_ns=[link.measured_ns for link in ahead],
-        behind_gap=[link.gap for link in behind],
-        behind_speed=[link.speed for link in behind],
-        behind_gap_std=[link.gap_std for link in behind],
-        behind_speed_std=[link.speed_std for link in behind],
-        behind_predicted_gap=[link.predicted_gap for link in behind],
-        behind_predicted_speed=[link.predicted_speed for link in behind],
-        behind_measured_ns=[link.measured_ns for link in behind],
-        neighbours=[command.neighbours for command in commands] if with_neighbours else (),
-        logged=_logged(commands, columns),
-    )
-    return Envelope(ESTIMATE, 0, message.SerializeToString(), decided.time_ns)
+    values: dict[str, Iterable[float]] = {
+        name: [getattr(command, name) for command in commands]
+        for name in ("mode", "age_ns", "speed", "speed_std", "predicted_speed")
+    }
+    for side in ("ahead", "behind"):
+        links = [getattr(command, side) for command in commands]
+        values |= {f"{side}_{name}": [getattr(link, name) for link in links] for name in _OF_LINK}
+    if with_neighbours:
+        values["neighbours"] = [command.neighbours for command in commands]
+    values["logged"] = _logged(commands, columns)
+    return row_of(ESTIMATE, decided.cycle, decided.time_ns, values)
+
+
+def row_of(
+    topic: Topic[Any], cycle: int, time_ns: int, columns: Mapping[str, Iterable[float]]
+) -> Envelope:
+    """Return the message of a topic with these columns, a number per vehicle in each."""
+    message = topic.message(cycle=cycle, time_ns=time_ns, **columns)
+    return Envelope(topic, 0, message.SerializeToString(), time_ns)
 
 
 def _logged(commands: Sequence[pb.Command], columns: Mapping[int, int]) -> Iterator[float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from zenvoy.keyed_random.draws import Purpose, normals, uniforms
 from zenvoy.scenarios import Sensors
@@ -13,6 +13,7 @@ from zenvoy.scenarios import Sensors
 Floats = NDArray[np.float64]
 
 _BLOCK: Final = 64  # cycles drawn at once: a draw costs by the call more than by the number
+_AT_ONCE: Final = 8_192  # but no more numbers than the caches hold
 
 
 class Readings(NamedTuple):
@@ -27,21 +28,23 @@ class Readings(NamedTuple):
 class SensorSet:
     """Sensors of the whole fleet; a reading's error is keyed by seed, vehicle and cycle."""
 
-    def __init__(self, settings: Sensors, seed: int, size: int) -> None:
+    def __init__(self, settings: Sensors, seed: ArrayLike, size: int) -> None:
+        """`seed`: a number, or a column (runs, 1) of them."""
         self._settings = settings
-        self._seed = seed
+        self._seed = np.asarray(seed, np.uint64)
         self._vehicles = np.arange(1, size + 1)
+        self._block = min(_BLOCK, 1 + _AT_ONCE // (size * self._seed.size))
         self._errors: dict[Purpose, Floats] = {}
         self._first = -1
 
     def read(self, cycle: int, gap: Floats, position: Floats, speed: Floats) -> Readings:
-        """Readings of a cycle from the true gaps (m), positions (m) and speeds (m/s), all (n,).
+        """Readings of a cycle from the true gaps (m), positions (m) and speeds (m/s), all (…, n).
 
         Gaps and absolute speeds are read with an error. The radar's relative speed carries that
         of the absolute speed of the vehicle ahead; it does not depend on the own speedometer.
         """
         errors = self._of_cycle(cycle)
-        target = np.roll(speed, 1) * (1.0 + errors[Purpose.TARGET_SPEED_READING])
+        target = np.roll(speed, 1, axis=-1) * (1.0 + errors[Purpose.TARGET_SPEED_READING])
         return Readings(
             gap=gap * (1.0 + errors[Purpose.GAP_READING]),
             relative_speed=np.where(np.isnan(gap), np.nan, target - speed),
@@ -50,24 +53,26 @@ class SensorSet:
         )
 
     def _of_cycle(self, cycle: int) -> dict[Purpose, Floats]:
-        if not self._first <= cycle < self._first + _BLOCK or self._first < 0:
-            self._first = cycle - cycle % _BLOCK
+        if not self._first <= cycle < self._first + self._block or self._first < 0:
+            self._first = cycle - cycle % self._block
             self._draw()
         row = cycle - self._first
         return {purpose: block[row] for purpose, block in self._errors.items()}
 
     def _draw(self) -> None:
-        cycles = np.arange(self._first, self._first + _BLOCK)[:, None]
+        cycles = np.arange(self._first, self._first + self._block)
+        number = cycles.reshape(-1, *(1,) * max(1, self._seed.ndim))
+        keys = (self._vehicles, 0, number)
         for purpose in (Purpose.GAP_READING, Purpose.SPEED_READING, Purpose.TARGET_SPEED_READING):
             if self._settings.distribution == "uniform":
-                share = 2.0 * uniforms(self._seed, purpose, self._vehicles, 0, cycles)[0] - 1.0
+                share = 2.0 * uniforms(self._seed, purpose, *keys)[0] - 1.0
                 self._errors[purpose] = self._settings.error * share
             else:
-                normal = normals(self._seed, purpose, self._vehicles, 0, cycles)
+                normal = normals(self._seed, purpose, *keys)
                 self._errors[purpose] = self._settings.error_std * normal
         purpose = Purpose.POSITION_READING
         if self._settings.position_std_m == 0.0:
-            self._errors[purpose] = np.zeros((_BLOCK, len(self._vehicles)))
+            self._errors[purpose] = np.zeros((self._block, len(self._vehicles)))
         else:
-            normal = normals(self._seed, purpose, self._vehicles, 0, cycles)
+            normal = normals(self._seed, purpose, *keys)
             self._errors[purpose] = self._settings.position_std_m * normal

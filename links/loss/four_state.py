@@ -72,7 +72,7 @@ def step_of(model: FourState, draws: Draws) -> Step:
     )
 
     def step(state: Ints, who: Ints, whom: Ints, sequence: Ints) -> tuple[Ints, Bools]:
-        draw, _ = draws.uniforms(who + 1, whom + 1, sequence)
+        draw, _ = draws.of_links(who, whom, sequence)
         first, second = leaves[state].T
         to_first, to_second = targets[state].T
         after = np.where(draw < first, to_first, np.where(draw < second, to_second, state))

@@ -41,7 +41,7 @@ def step_of(model: GilbertElliott, draws: Draws) -> Step:
     r = 1.0 - model.p if model.r is None else model.r
 
     def step(state: Ints, who: Ints, whom: Ints, sequence: Ints) -> tuple[Ints, Bools]:
-        move, loss = draws.uniforms(who + 1, whom + 1, sequence)
+        move, loss = draws.of_links(who, whom, sequence)
         bad = state == BAD
         moves = move < np.where(bad, r, model.p)
         lost = loss < np.where(bad, model.one_minus_h, model.one_minus_k)

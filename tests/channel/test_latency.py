@@ -16,7 +16,7 @@ from scipy import stats
 
 from zenvoy.channel.latency import Latencies
 from zenvoy.channel.sender_offset import SenderOffsets
-from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.keyed_random.draws import Purpose, Seeds, uniforms
 from zenvoy.links.distribution import Delays
 from zenvoy.links.rows import Rows
 from zenvoy.links.table import distributions
@@ -102,7 +102,7 @@ def test_gamma_is_scipys_quantile_at_every_draw(shape: float) -> None:
 
 
 def test_a_technology_may_have_no_delay() -> None:
-    latencies = Latencies(Latency(), (0.0, 0.0), seed=1, size=2)
+    latencies = Latencies(Latency(), (0.0, 0.0), Seeds((1,), 2))
     assert latencies.least_ns == 0
     assert not latencies.draws
 
@@ -129,7 +129,7 @@ def test_a_later_draw_is_a_later_frame(latency: Latency, parts: list[int]) -> No
     assert found.min() >= round((latency.min_ms or 0.0) * NS_PER_MS)
     if latency.max_ms is not None:
         assert found.max() <= round(latency.max_ms * NS_PER_MS)
-    least_ns = Latencies(latency, TABLE_MS, seed=1, size=2).least_ns
+    least_ns = Latencies(latency, TABLE_MS, Seeds((1,), 2)).least_ns
     assert delays(latency)(np.zeros(1)) == least_ns <= found.min()
 
 
@@ -147,7 +147,7 @@ def rows(sequence: int, senders: Ints | None = None) -> Rows:
 
 def held(settings: SenderOffset, seed: int = 1, number: int = 0) -> Ints:
     """(message, sender), ns."""
-    offsets = SenderOffsets(settings, seed, SENDERS, number)
+    offsets = SenderOffsets(settings, Seeds((seed,), SENDERS), number)
     return np.array([offsets.of(rows(sequence)) for sequence in range(MESSAGES)])
 
 
@@ -206,7 +206,7 @@ def test_offsets_may_be_kept() -> None:
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=8))
 def test_offsets_do_not_depend_on_who_was_asked_when(steps: list[int]) -> None:
     settings = SenderOffset(max_ms=100.0)
-    often, seldom = (SenderOffsets(settings, 1, SENDERS) for _ in range(2))
+    often, seldom = (SenderOffsets(settings, Seeds((1,), SENDERS)) for _ in range(2))
     sequence = 0
     for step in steps:
         for number in range(sequence, sequence + step):
@@ -220,11 +220,11 @@ def test_offsets_do_not_depend_on_who_was_asked_when(steps: list[int]) -> None:
 def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
     offset = SenderOffset(max_ms=100.0)
     plain, shifted = (
-        Latencies(Latency(sender_offset=offsets), TABLE_MS, 1, SENDERS)
+        Latencies(Latency(sender_offset=offsets), TABLE_MS, Seeds((1,), SENDERS))
         for offsets in (SenderOffset(), offset)
     )
     share = np.linspace(0.0, 0.999, SENDERS)
-    shift = SenderOffsets(offset, 1, SENDERS).of(rows(0))
+    shift = SenderOffsets(offset, Seeds((1,), SENDERS)).of(rows(0))
     np.testing.assert_array_equal(shifted.of(rows(0), share), plain.of(rows(0), share) + shift)
 
 

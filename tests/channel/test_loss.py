@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from zenvoy.channel.loss import Losses
+from zenvoy.keyed_random.draws import Seeds
 from zenvoy.links.rows import Rows, Scene
 from zenvoy.scenarios import FourState, GilbertElliott, Loss
 
@@ -34,7 +35,7 @@ def lost(losses: Losses, source: Ints, destination: Ints, sequence: Ints) -> Boo
 @given(seed=st.integers(0, 2**63 - 1), heard=st.lists(st.booleans(), min_size=30, max_size=30))
 def test_loss_depends_on_link_and_frame_alone(seed: int, heard: list[bool]) -> None:
     """Being out of range for a while, or what other links there are, changes nothing."""
-    everyone, alone = Losses(BOTH, seed, 4), Losses(BOTH, seed, 4)
+    everyone, alone = Losses(BOTH, Seeds((seed,), 4)), Losses(BOTH, Seeds((seed,), 4))
     source, destination = np.array([0, 1, 2, 2]), np.array([1, 2, 1, 3])
     for sequence, hears in enumerate(heard):
         all_of_them = lost(everyone, source, destination, np.full(4, sequence))
@@ -44,14 +45,14 @@ def test_loss_depends_on_link_and_frame_alone(seed: int, heard: list[bool]) -> N
 
 
 def test_nothing_to_lose() -> None:
-    assert not lost(Losses(Loss(), 1, 2), *(np.array([k]) for k in (0, 1, 0))).any()
-    assert not Losses(Loss(), 1, 2).draws
-    assert not Losses(BOTH, 1, 2).draws  # bursts draw for themselves
+    assert not lost(Losses(Loss(), Seeds((1,), 2)), *(np.array([k]) for k in (0, 1, 0))).any()
+    assert not Losses(Loss(), Seeds((1,), 2)).draws
+    assert not Losses(BOTH, Seeds((1,), 2)).draws  # bursts draw for themselves
 
 
 @pytest.mark.parametrize("loss", [Loss(p=0.5), Loss(by_distance=((0.0, 0.5),))])
 def test_chances_are_compared_with_the_draw(loss: Loss) -> None:
-    losses = Losses(loss, 1, 4)
+    losses = Losses(loss, Seeds((1,), 4))
     assert losses.draws
     sender, sequence = np.array([0, 1, 2]), np.zeros(3, dtype=np.int64)
     rows = Rows(sender, sender + 1, np.full(3, 50.0), sequence)
@@ -62,7 +63,7 @@ def test_chances_are_compared_with_the_draw(loss: Loss) -> None:
 def test_a_frame_is_lost_if_any_model_says_so() -> None:
     index = np.arange(1, 500), np.zeros(499, dtype=np.int64), np.full(499, 7)
     one, other, together = (
-        lost(Losses(loss, 1, 500), *index)
+        lost(Losses(loss, Seeds((1,), 500)), *index)
         for loss in (
             Loss(gilbert_elliott=BOTH.gilbert_elliott),
             Loss(four_state=BOTH.four_state),

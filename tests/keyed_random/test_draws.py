@@ -33,7 +33,7 @@ MANY = np.arange(50_000)
 def test_known_answers_of_random123(counter: str, key: str, answer: str) -> None:
     k0, k1 = (int(word, 16) for word in key.split())
     c0, c1, c2, c3 = (np.array(int(word, 16), dtype=np.uint64) for word in counter.split())
-    words = philox((k0, k1), (c0, c1, c2, c3))
+    words = philox((np.uint64(k0), np.uint64(k1)), (c0, c1, c2, c3))
     assert [f"{int(word):08x}" for word in words] == answer.split()
 
 
@@ -42,7 +42,8 @@ def test_draws_are_made_of_53_bits_each() -> None:
     seed, who, whom, number = 0x123456789ABCDEF0, 7, 8, 1_000_000
     counter = (Purpose.LOSS_AND_LATENCY, who, whom, number)
     c0, c1, c2, c3 = (np.array(part, dtype=np.uint64) for part in counter)
-    w0, w1, w2, w3 = (int(w) for w in philox((0x9ABCDEF0, 0x12345678), (c0, c1, c2, c3)))
+    key = (np.uint64(0x9ABCDEF0), np.uint64(0x12345678))
+    w0, w1, w2, w3 = (int(w) for w in philox(key, (c0, c1, c2, c3)))
     first, second = uniforms(seed, Purpose.LOSS_AND_LATENCY, who, whom, number)
     assert float(first) == ((w0 >> 5) * 2**26 + (w1 >> 6)) / 2**53
     assert float(second) == ((w2 >> 5) * 2**26 + (w3 >> 6)) / 2**53

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from zenvoy.keyed_random.draws import Draws
+from zenvoy.keyed_random.draws import Draws, Seeds
 from zenvoy.links.chains import Chains, Step
 from zenvoy.links.loss import four_state, gilbert_elliott
 from zenvoy.scenarios import FourState, GilbertElliott, ScenarioError, load
@@ -32,11 +32,11 @@ STATES: Final = (
 
 
 def gilbert(model: GilbertElliott, seed: int) -> Step:
-    return gilbert_elliott.step_of(model, Draws(seed, gilbert_elliott.LOSS.number))
+    return gilbert_elliott.step_of(model, Draws(Seeds((seed,), 1_000), gilbert_elliott.LOSS.number))
 
 
 def four_states(model: FourState, seed: int) -> Step:
-    return four_state.step_of(model, Draws(seed, four_state.LOSS.number))
+    return four_state.step_of(model, Draws(Seeds((seed,), 1_000), four_state.LOSS.number))
 
 
 def losses(step: Step, links: int = LINKS, frames: int = FRAMES) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from zenvoy.channel.conditions import Conditions
-from zenvoy.keyed_random.draws import Draws, numbered
+from zenvoy.keyed_random.draws import Draws, Seeds, numbered
 from zenvoy.links.loss.path_loss import LOSS, between, outage, path_loss_db
 from zenvoy.links.rows import Rows, Scene
 from zenvoy.links.shadowing import Shadowing
@@ -94,7 +94,9 @@ PAIRS: Final = 3_000
 
 
 def shadow(std_db: float = 4.0, seed: int = 1, number: int = 0) -> Shadowing:
-    return Shadowing(std_db, 25.0, Draws(seed, numbered(LOSS.number, number)), PAIRS + 1)
+    return Shadowing(
+        std_db, 25.0, Draws(Seeds((seed,), PAIRS + 1), numbered(LOSS.number, number)), PAIRS + 1
+    )
 
 
 def values(shadowing: Shadowing, steps: int, step_m: float, both: bool = False) -> Floats:

@@ -155,7 +155,7 @@ def test_whatever_is_commanded_the_ring_stays_whole(
         at_ns = k * T_NS + offset_ms * MS_NS
         fleet.command([command(i + 1, at_ns, a) for i, a in enumerate(accelerations)])
         before = fleet.position
-        collided = fleet.advance_to((k + 1) * T_NS)
+        collided = [index for _, index in fleet.advance_to((k + 1) * T_NS)]
         gaps = fleet.road.gaps(fleet.position)
         if ring:
             assert gaps.sum() == pytest.approx(30.0, abs=1e-9)
@@ -175,7 +175,7 @@ def approach(closing_mps: float) -> tuple[Fleet, list[int]]:
     fleet.speed = np.array([0.0, closing_mps, 0.0])
     reported: list[int] = []
     for k in range(1, 5 + round(40.0 / closing_mps)):
-        reported += fleet.advance_to(k * T_NS)
+        reported += [index for _, index in fleet.advance_to(k * T_NS)]
     return fleet, reported
 
 
@@ -192,13 +192,13 @@ def test_one_contact_is_reported_once_and_the_next_one_anew() -> None:
     push = [command(2, fleet.time_ns, 3.0)]
     fleet.command(push)
     for _ in range(10):  # it pushes on: the same contact
-        reported += fleet.advance_to(fleet.time_ns + T_NS)
+        reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
     assert reported == [1]
     assert fleet.position[1] == pytest.approx(11.0, abs=1e-8)
     fleet.command([command(1, fleet.time_ns, 3.0), command(2, fleet.time_ns, 0.0)])
     for _ in range(10):  # the one ahead drives off
-        reported += fleet.advance_to(fleet.time_ns + T_NS)
+        reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
     fleet.command([command(1, fleet.time_ns, -3.0), command(2, fleet.time_ns, 3.0)])
     for _ in range(50):
-        reported += fleet.advance_to(fleet.time_ns + T_NS)
+        reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
     assert reported == [1, 1]

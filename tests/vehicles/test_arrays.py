@@ -1,0 +1,120 @@
+"""Many vehicles at once against one at a time: covariances, errors of readings, and laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenvoy.laws import Law, Observation, Output, Relative, builtin, where
+from zenvoy.laws.errors import LawError
+from zenvoy.scenarios import Scenario, roster
+from zenvoy.vehicles.arrays.aims import Schedule
+from zenvoy.vehicles.arrays.covariances import Covariances
+from zenvoy.vehicles.arrays.decisions import Decider, Known, Seen, View
+from zenvoy.vehicles.arrays.errors import ReadingErrors
+from zenvoy.vehicles.arrays.rows import ALL
+from zenvoy.vehicles.arrays.trial import fault_on_arrays
+from zenvoy.vehicles.decision import Controller
+from zenvoy.vehicles.estimator import Filter, ReadingError
+
+PERIOD_S: Final = 0.1
+SIGMA: Final = 0.5
+FILTERS: Final = 4
+
+VARIANCES: Final = st.sampled_from([0.25, 1.0, 1.5625, 9.0])
+# For each filter: how many periods have passed, and the variances of what is read.
+STEP: Final = st.lists(
+    st.tuples(st.integers(1, 6), VARIANCES, VARIANCES), min_size=FILTERS, max_size=FILTERS
+)
+
+
+@given(st.lists(STEP, min_size=1, max_size=12), st.integers(0, 60))
+def test_covariances_are_those_of_single_filters(
+    steps: list[list[tuple[int, float, float]]], steady: int
+) -> None:
+    """Whatever is missed, and whenever readings change in size: the same bits as one by one."""
+    steps = steps + [[(1, b, c) for _, b, c in steps[-1]]] * steady
+    together = Covariances(PERIOD_S, SIGMA, 2, FILTERS)
+    alone = [Filter(PERIOD_S, SIGMA) for _ in range(FILTERS)]
+    for number, step in enumerate(steps):
+        periods, variances = np.array([p for p, _, _ in step]), np.array([r for _, *r in step]).T
+        if number == 0:
+            together.start(ALL, variances)
+        else:
+            together.step(ALL, 1 if (periods == 1).all() else periods, variances)
+        for filter_, (missed, *r) in zip(alone, step, strict=True):
+            filter_.step([0.0] * missed, (37.5, 0.0), tuple(r))
+    std = np.array([filter_.std for filter_ in alone]).T
+    assert together.std().tolist() == std.tolist()
+
+
+@given(st.lists(st.lists(st.floats(-90.0, 90.0), min_size=3, max_size=3), min_size=1, max_size=20))
+def test_variances_are_those_of_single_readings(values: list[list[float]]) -> None:
+    together = ReadingErrors(ReadingError(0.1, 37.5), 3)
+    alone = [ReadingError(0.1, 37.5) for _ in range(3)]
+    for row in values:
+        found = together.variance(ALL, np.array(row)).tolist()
+        assert found == [error.variance(value) for error, value in zip(alone, row, strict=True)]
+
+
+@pytest.mark.parametrize("name", builtin())
+def test_every_law_of_the_library_serves_arrays(name: str) -> None:
+    law = builtin()[name]
+    assert fault_on_arrays(law, law.parameters(), 10.0) is None
+
+
+def with_a_branch(seen: Observation, _: Any) -> Any:
+    return 1.0 if seen.speed > 10.0 else 0.0
+
+
+def by_the_mean(seen: Observation, _: Any) -> Any:
+    return np.mean(seen.speed)
+
+
+def one_too_many(seen: Observation, _: Any) -> Any:
+    return Output(seen.speed, logged=(seen.speed / 0.0,))
+
+
+@pytest.mark.parametrize(
+    ("function", "expected"),
+    [
+        (with_a_branch, "does not run on arrays: ValueError"),
+        (by_the_mean, "gives other values on arrays than on floats"),
+        (one_too_many, "does not run on arrays: ZeroDivisionError"),
+    ],
+)
+def test_a_law_that_does_not_serve_arrays_is_told_why(function: Any, expected: str) -> None:
+    fault = fault_on_arrays(Law(name="mine", acceleration=function), None, 10.0)
+    assert fault is not None
+    assert fault.startswith(expected)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Speed, m/s, beyond which a law fails."""
+
+    mps: float = 20.0
+
+
+def fails_when_fast(seen: Observation, own: Limit) -> Any:
+    return where(seen.speed > own.mps, float("nan"), 0.0)
+
+
+def test_a_law_that_fails_on_one_of_many_is_blamed_on_that_vehicle() -> None:
+    scenario = Scenario()
+    count, size = 80, 40
+    state = Relative(np.full(count, 37.5), np.zeros(count))
+    speed = np.full(count, 10.0)
+    speed[46] = 25.0  # vehicle 7 of the second run
+    view = View(radar=state, read=Seen(Known(state), Known(state), speed))
+    law = Law(name="mine", acceleration=fails_when_fast, parameters=Limit)
+    aims = Schedule([*roster(scenario), *roster(scenario)]).at(0)
+    decider = Decider(count, size, 3.0, PERIOD_S)
+    with pytest.raises(LawError, match="law mine returned nan") as caught:
+        decider.decide(0, [(Controller(law, Limit(), 64), ALL)], view, aims, lambda *_: speed)
+    assert caught.value.process == "vehicle-07"

@@ -1,0 +1,29 @@
+"""Who puts a beacon on the air in a cycle, and the number of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from zenvoy.scenarios import Scenario, Settings
+from zenvoy.vehicles.arrays.rows import Bools, Ints
+
+RULES: Final = ("every-cycle", "every-nth")
+"""Those that arrays serve: that of CAMs looks at each vehicle's own filter."""
+
+
+class Beaconing:
+    """Of vehicles with these settings, of runs of `size`; as `vehicles.beaconing`."""
+
+    def __init__(self, scenario: Scenario, settings: Sequence[Settings]) -> None:
+        n = scenario.beacons.every if scenario.beacons.rule == "every-nth" else 1
+        index = np.arange(len(settings)) % scenario.fleet.size
+        self._n, self._first = n, index % n
+        self._beacons = np.array([one.beacons for one in settings])
+
+    def at(self, cycle: int) -> tuple[Bools, Ints]:
+        """Return who speaks in a cycle, and the sequence numbers."""
+        number, rest = np.divmod(cycle - self._first, self._n)
+        return self._beacons & (rest == 0) & (number >= 0), number

@@ -1,0 +1,92 @@
+"""Beacons of a whole cycle, and what each vehicle has heard last on one of its links."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.vehicles.arrays.plans import Plan, no_plan
+from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows
+from zenvoy.vehicles.arrays.timing import Timing
+
+
+class Beacons(NamedTuple):
+    """What the vehicles say in a cycle: readings in m, m/s and m/s², and what they plan."""
+
+    position: Floats
+    speed: Floats
+    acceleration: Floats
+    gap: Floats
+    relative_speed: Floats
+    plan: Plan
+
+    def of(self, senders: NDArray[np.int64]) -> Beacons:
+        """Return those of some vehicles."""
+        return Beacons(
+            self.position[senders],
+            self.speed[senders],
+            self.acceleration[senders],
+            self.gap[senders],
+            self.relative_speed[senders],
+            self.plan.of(senders),
+        )
+
+
+class Link:
+    """From one vehicle to each of `count`: the newest beacon that has come on it.
+
+    sender (count,): who sends; -1 where there is nobody.
+    """
+
+    def __init__(self, timing: Timing, sender: Ints) -> None:
+        count = len(sender)
+        self._timing = timing
+        self.sender = sender
+        self.exists: Bools = sender >= 0
+        self.cycle = np.full(count, -1, dtype=np.int64)
+        """Of the newest beacon; -1: none yet."""
+        position, speed, acceleration, gap, relative_speed = np.zeros((5, count))
+        plan = no_plan(timing, count)
+        self.newest = Beacons(position, speed, acceleration, gap, relative_speed, plan)
+        self._uniform: int | None = None  # the cycle of all of them, where that is the same
+        self._everywhere = bool(self.exists.all())
+
+    @property
+    def reaches_all(self) -> bool:
+        """Whether what comes for all is news to all."""
+        return self._everywhere and self._uniform is not None
+
+    def hear(self, cycle: int, rows: Rows, beacons: Beacons) -> Beacons:
+        """Take in the beacons of a cycle for some vehicles, to whom they are news; returns them."""
+        heard = beacons.of(self.sender[rows])
+        if isinstance(rows, slice):
+            self.newest, self._uniform = heard, cycle
+            self.cycle = np.full(len(self.sender), cycle)
+        else:
+            newest = self.newest
+            for column, new in zip(newest[:5], heard[:5], strict=True):
+                column[rows] = new
+            self.newest = newest._replace(plan=newest.plan.put(rows, heard.plan))
+            self.cycle[rows], self._uniform = cycle, None
+        return heard
+
+    def all_of(self, cycle: int) -> bool:
+        """Return whether the newest beacon of everyone is of this cycle."""
+        return self._uniform == cycle
+
+    def fresh(self, cycle: int) -> Bools:
+        """Return on which links the newest beacon is not too old to be used in a cycle."""
+        age_ns = (cycle - self.cycle) * self._timing.period_ns
+        return (self.cycle >= 0) & (age_ns <= self._timing.age_limit_ns)
+
+    def ages(self, cycle: int) -> dict[int, Rows]:
+        """Return the links by age of their newest beacon in a cycle, in cycles."""
+        if self._uniform is not None:
+            return {cycle - self._uniform: slice(None)}
+        ages = cycle - self.cycle
+        heard = self.cycle >= 0
+        return {
+            age: np.flatnonzero(heard & (ages == age)) for age in np.unique(ages[heard]).tolist()
+        }

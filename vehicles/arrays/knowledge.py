@@ -1,0 +1,282 @@
+"""What the vehicles know: readings, what they heard, and the estimates made of both.
+
+As `vehicles.knowledge` has it for one vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+
+import numpy as np
+
+from zenvoy.laws import Relative
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.arrays.beacons import Beacons, Link
+from zenvoy.vehicles.arrays.decisions import Known, Seen
+from zenvoy.vehicles.arrays.filters import LinkFilters, SpeedFilters
+from zenvoy.vehicles.arrays.links import Links, gap_then
+from zenvoy.vehicles.arrays.own import OwnMotion
+from zenvoy.vehicles.arrays.plans import Plan
+from zenvoy.vehicles.arrays.refusal import NotCoveredError
+from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, within
+from zenvoy.vehicles.arrays.timing import Timing
+from zenvoy.vehicles.estimator import ReadingError
+from zenvoy.vehicles.knowledge import link_errors
+from zenvoy.vehicles.state import GIVE_UP_PERIODS
+from zenvoy.vehicles.steps import NS
+
+Accelerations = Callable[[int, Rows], Floats]
+"""Mean acceleration (m/s²) of some vehicles over the period that begins a number of cycles ago."""
+
+
+class Estimators:
+    """The filters of every vehicle: of its link ahead, its link behind and its own speed.
+
+    by_position: links are measured by reported positions, not by radars.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        timing: Timing,
+        own: OwnMotion,
+        links: Links,
+        *,
+        by_position: bool,
+    ) -> None:
+        self._ahead, self._behind = links.ahead[0], links.behind[0]
+        self._seams = links.seam_ahead[0], links.seam_behind[0]
+        count = len(self._ahead.sender)
+        period_s, sigma = timing.period_ns * 1e-9, scenario.estimator.acceleration_std_mps2
+        gap_error, speed_error = link_errors(scenario)
+        own_error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
+        self._timing, self._own, self._by_position = timing, own, by_position
+        self.link_ahead, self.link_behind = (
+            LinkFilters(period_s, sigma, copy(gap_error), copy(speed_error), count)
+            for _ in range(2)
+        )
+        self.speed = SpeedFilters(period_s, sigma, own_error, count)
+        self._known_ahead = np.zeros(count, dtype=np.bool_)  # whose vehicle ahead has a plan
+        self._past: dict[int, tuple[Floats, Floats]] = {}  # own positions and speeds by cycle
+
+    def sense(self, cycle: int, beacons: Beacons) -> None:
+        """Take in the own readings of a cycle, which beacons that come late are compared with."""
+        if self._by_position:
+            self._past[cycle] = (beacons.position, beacons.speed)
+            if len(self._past) > self._timing.keep_ns // self._timing.period_ns + 2:
+                del self._past[next(iter(self._past))]
+
+    def hear(self, link: Link, cycle: int, rows: Rows, beacons: Beacons) -> None:
+        """Take in beacons of a cycle that have come on a link, and measure the link by them."""
+        measures = link is self._behind or (link is self._ahead and self._by_position)
+        before, of_cycle = link.newest.plan, link.cycle
+        known = self._known_ahead[rows] if link is self._ahead else None
+        if not isinstance(rows, slice) and measures:  # hearing changes the arrays in place
+            before, of_cycle = before.of(rows), of_cycle[rows]
+        heard = link.hear(cycle, rows, beacons)
+        if link is self._ahead:
+            self._known_ahead[rows] = True
+        if not measures:
+            return
+        sign = 1.0 if link is self._behind else -1.0
+        own, timing = self._own, self._timing
+
+        def relative(back: int, some: Rows) -> Floats:
+            """Acceleration of the vehicle in front less that of the one behind it."""
+            at = cycle - back
+            mine = own.mean(at, within(rows, some))
+            if back == 1:
+                theirs = heard.acceleration[some]
+            else:
+                theirs = _planned(timing, before.of(some), of_cycle[some], at, cycle)
+                if known is not None:
+                    period_s = timing.period_ns * NS
+                    only = heard.acceleration[some] * period_s / period_s
+                    theirs = np.where(known[some], theirs, only)
+            return mine - theirs if sign > 0.0 else theirs - mine
+
+        filters = self.link_behind if link is self._behind else self.link_ahead
+        self._measure(
+            filters, cycle, rows, self._state_in(link, cycle, rows, heard), heard.speed, relative
+        )
+
+    def _state_in(
+        self, link: Link, cycle: int, rows: Rows, heard: Beacons
+    ) -> tuple[Floats, Floats]:
+        if not self._by_position:
+            return heard.gap, heard.relative_speed
+        if cycle not in self._past:
+            raise NotCoveredError(
+                "a beacon that is older than what vehicles remember of themselves"
+            )
+        position, speed = (column[rows] for column in self._past[cycle])
+        ahead = link is self._ahead
+        seam = self._seams[0 if ahead else 1][rows]
+        return gap_then(heard, position, speed, seam, ahead=ahead)
+
+    def estimate(self, cycle: int, beacons: Beacons, radar: Rows, wanted: Bools | None) -> Seen:
+        """Bring the estimates to t_cycle, and return what they will be when its commands act.
+
+        radar: who has somebody ahead. wanted: for whom the link behind is looked at; None: for all.
+        """
+        self._forget_old_plans(cycle)
+        acceleration = beacons.acceleration
+        if not self._by_position:
+            ahead = self._acceleration_ahead(cycle)
+
+            def relative(_back: int, some: Rows) -> Floats:
+                which = within(radar, some)
+                return ahead[which] - acceleration[which]
+
+            z = (beacons.gap[radar], beacons.relative_speed[radar])
+            self._measure(self.link_ahead, cycle, radar, z, beacons.speed[radar], relative)
+        self.speed.measure(beacons.speed, acceleration)
+        return self._predicted(cycle, radar, wanted)
+
+    def _predicted(self, cycle: int, radar: Rows, wanted: Bools | None) -> Seen:
+        until_ns = self._timing.effect_ns
+        own = self._own.over(cycle, until_ns, ALL)
+        assert self.speed.v is not None
+        speed = np.maximum(0.0, self.speed.v + own[1])
+        if self._by_position:
+            ahead = self._predict_by_age(cycle, self.link_ahead, self._ahead, None)
+        else:
+            front_dp, front_dv = self._planned_ahead(cycle, until_ns)
+            link, dt = self.link_ahead, until_ns * NS
+            p = link.p + link.v * dt + front_dp - own[0]
+            v = link.v + front_dv - own[1]
+            ahead = Known(Relative(p, v), _measured(link))
+        behind = self._predict_by_age(cycle, self.link_behind, self._behind, wanted)
+        return Seen(ahead, behind, speed)
+
+    def _predict_by_age(
+        self, cycle: int, filters: LinkFilters, link: Link, wanted: Bools | None
+    ) -> Known:
+        """States of links that beacons measure, each from its own newest measurement on."""
+        timing = self._timing
+        until_ns, looks_back = timing.effect_ns, link is self._behind
+        there = _measured(filters)
+        which = there if wanted is None else wanted if there is None else there & wanted
+        rows = ALL if which is None else chosen(which)
+        p, v = (np.full(len(filters.p), np.nan) for _ in range(2))
+        if rows is None:
+            return Known(Relative(p, v), there)
+        for age, members in _by_age(cycle, filters.measured, rows).items():
+            mine_dp, mine_dv = self._own.over(cycle - age, until_ns, members)
+            plan = link.newest.plan.of(members)
+            t1_ns = age * timing.period_ns + until_ns
+            their_dp, their_dv = plan.over(timing, 0, t1_ns)
+            if not looks_back:
+                known = self._known_ahead[members]
+                their_dp, their_dv = np.where(known, their_dp, 0.0), np.where(known, their_dv, 0.0)
+            dt = t1_ns * NS
+            here = filters.p[members] + filters.v[members] * dt
+            if looks_back:
+                p[members] = here + mine_dp - their_dp
+                v[members] = filters.v[members] + mine_dv - their_dv
+            else:
+                p[members] = here + their_dp - mine_dp
+                v[members] = filters.v[members] + their_dv - mine_dv
+        return Known(Relative(p, v), there)
+
+    def _measure(
+        self,
+        link: LinkFilters,
+        cycle: int,
+        rows: Rows,
+        z: tuple[Floats, Floats],
+        speed: Floats,
+        relative: Accelerations,
+    ) -> None:
+        """Bring links to a cycle under their relative accelerations, and take in readings z."""
+        measured = link.measured[rows]
+        periods = cycle - measured
+        started = measured >= 0
+        if link.started and (periods == 1).all():  # nearly always
+            r = link.variances(rows, link.p[rows], speed)
+            link.advance(rows, relative(1, ALL))
+            link.correct(rows, cycle, 1, z, r)
+            return
+        goes_on = started & (periods <= GIVE_UP_PERIODS)
+        r = link.variances(rows, np.where(goes_on, link.p[rows], z[0]), speed)
+        if not goes_on.all():
+            some = np.flatnonzero(~goes_on)
+            link.start(within(rows, some), cycle, (z[0][some], z[1][some]), r[:, some])
+        some = np.flatnonzero(goes_on)
+        if not some.size:
+            return
+        for back in range(int(periods[some].max()), 0, -1):
+            acting = some[periods[some] >= back]
+            link.advance(within(rows, acting), relative(back, acting))
+        link.correct(within(rows, some), cycle, periods[some], (z[0][some], z[1][some]), r[:, some])
+
+    def _forget_old_plans(self, cycle: int) -> None:
+        """An old plan of the vehicle ahead is worse than none."""
+        if not self._ahead.all_of(cycle):
+            self._known_ahead &= self._ahead.fresh(cycle)
+
+    def _acceleration_ahead(self, cycle: int) -> Floats:
+        """Mean acceleration of the vehicle ahead over the period up to t_cycle; 0: not known."""
+        newest, timing = self._ahead.newest, self._timing
+        if self._ahead.all_of(cycle):
+            return newest.acceleration
+        mean = np.zeros(len(self._ahead.sender))
+        for age, rows in self._ahead.ages(cycle).items():
+            if age == 0:
+                mean[rows] = newest.acceleration[rows]
+            else:
+                t1_ns = age * timing.period_ns
+                plan = newest.plan.of(rows)
+                mean[rows] = plan.mean(timing, t1_ns - timing.period_ns, t1_ns)
+        mean[~self._known_ahead] = 0.0
+        return mean
+
+    def _planned_ahead(self, cycle: int, until_ns: int) -> tuple[Floats, Floats]:
+        """What the plan of the vehicle ahead does in the `until_ns` that follow t_cycle."""
+        newest, timing = self._ahead.newest, self._timing
+        if self._ahead.all_of(cycle):
+            return newest.plan.over(timing, 0, until_ns)
+        dp, dv = (np.zeros(len(self._ahead.sender)) for _ in range(2))
+        for age, rows in self._ahead.ages(cycle).items():
+            t0_ns = age * timing.period_ns
+            dp[rows], dv[rows] = newest.plan.of(rows).over(timing, t0_ns, t0_ns + until_ns)
+        dp[~self._known_ahead] = 0.0
+        dv[~self._known_ahead] = 0.0
+        return dp, dv
+
+
+def _measured(filters: LinkFilters) -> Bools | None:
+    """Which links have been measured; None: all."""
+    return None if filters.started else filters.measured >= 0
+
+
+def _by_age(cycle: int, measured: Ints, rows: Rows) -> dict[int, Rows]:
+    """Some links by the cycles since their newest measurement; where there is one."""
+    ages = cycle - measured[rows]
+    if ages.size and measured[rows].min() >= 0 and ages.min() == ages.max():
+        return {int(ages[0]): rows}
+    known: Bools = measured[rows] >= 0
+    return {
+        age: within(rows, np.flatnonzero(known & (ages == age)))
+        for age in np.unique(ages[known]).tolist()
+    }
+
+
+def _planned(timing: Timing, plan: Plan, of_cycle: Ints, at: int, cycle: int) -> Floats:
+    """Mean acceleration over the period from t_at on, by plans of the cycles `of_cycle`.
+
+    `cycle` is that of the beacon that has come since. What lies further back than vehicles remember
+    is forgotten: the first entry that is left reaches back.
+    """
+    mean = np.empty(len(of_cycle))
+    for begin in np.unique(of_cycle).tolist():
+        rows = np.flatnonzero(of_cycle == begin)
+        oldest_ns = (cycle - begin) * timing.period_ns - timing.keep_ns
+        starts_ns = timing.starts_ns
+        first = 0
+        while first + 1 < len(starts_ns) and starts_ns[first + 1] < oldest_ns:
+            first += 1
+        t0_ns = (at - begin) * timing.period_ns
+        mean[rows] = plan.of(rows).mean(timing, t0_ns, t0_ns + timing.period_ns, first)
+    return mean

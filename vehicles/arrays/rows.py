@@ -1,0 +1,32 @@
+"""Which entries of an array are meant: all of them, or some."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+Rows = slice | Ints
+"""All entries, or the numbers of some in rising order."""
+
+ALL: Final = slice(None)
+
+
+def chosen(mask: Bools) -> Rows | None:
+    """Return the entries where `mask` is set; None where it is nowhere."""
+    if mask.all():
+        return ALL
+    found = np.flatnonzero(mask)
+    return found if found.size else None
+
+
+def within(rows: Rows, some: Rows) -> Rows:
+    """Return `some` of the entries `rows`, as entries of the whole."""
+    if isinstance(some, slice):
+        return rows
+    return some if isinstance(rows, slice) else rows[some]

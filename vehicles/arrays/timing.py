@@ -1,0 +1,44 @@
+"""When commands take effect, as seen from the start of a cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from zenvoy.scenarios import Scenario
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Of a scenario in lock-step, where every vehicle decides at t_k + wait. All in ns."""
+
+    period_ns: int
+    wait_ns: int
+    effect_ns: int
+    """From the start of a cycle to the effect of its commands."""
+    keep_ns: int
+    """For how long what has been is remembered."""
+    age_limit_ns: int
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Timing:
+        """Return that of a scenario."""
+        age_ns, delay_ns = scenario.beacon_age_limit_ns, scenario.system_delay_ns
+        return cls(
+            period_ns=scenario.period_ns,
+            wait_ns=scenario.v2v_wait_ns,
+            effect_ns=scenario.v2v_wait_ns + delay_ns,
+            keep_ns=age_ns + delay_ns + 4 * scenario.period_ns,
+            age_limit_ns=age_ns,
+        )
+
+    @cached_property
+    def lag(self) -> int:
+        """Cycles after which a command is in force at the start of a cycle."""
+        return max(1, -(-self.effect_ns // self.period_ns))
+
+    @cached_property
+    def starts_ns(self) -> tuple[int, ...]:
+        """When the commands that are known at t_k take effect, from t_k on; the first one has."""
+        under_way = range(1, self.lag)
+        return (0, *((i - self.lag) * self.period_ns + self.effect_ns for i in under_way))

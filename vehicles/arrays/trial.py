@@ -1,0 +1,61 @@
+"""Whether a law serves arrays: it is tried on a few vehicles, one by one and all at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint
+from zenvoy.laws.errors import described
+from zenvoy.vehicles.time_limit import time_limit
+
+_POINTS = np.array(
+    [  # k_d, k_v, k_c, p_des, v_des; own speed; link ahead, behind; predecessor, leader
+        (0.1, 0.5, 0.05, 37.5, 30.0, 30.0, 37.5, 0.0, 37.5, 0.0, 30.0, 0.0, 30.0, 0.0),
+        (0.1, 0.5, 0.05, 37.5, 30.0, 0.0, 5.5, -0.5, 80.0, 3.0, 0.0, -3.0, 28.0, 1.0),
+        (0.2, 0.1, -0.05, 20.0, 25.0, 12.5, 90.0, 8.0, 6.0, -7.0, 20.5, 2.0, 19.0, -1.0),
+        (1.0, 0.0, 0.0, 50.0, 35.0, 34.9, 49.0, -12.0, 51.0, 12.0, 22.9, -2.5, 35.0, 0.5),
+    ]
+)
+
+
+def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
+    """Return why a law does not serve arrays, in a few words; None where it does.
+
+    limit_s: wall time that the trial may take. What the law returns for several vehicles at once
+    must be what it returns for each, bit for bit.
+    """
+    try:
+        with time_limit(limit_s):
+            alone = [_flat(law, parameters, tuple(point)) for point in _POINTS.tolist()]
+            together = _flat(law, parameters, tuple(_POINTS.T))
+    except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a user's code raises
+        return f"does not run on arrays: {described(error)}"
+    for at, values in enumerate(alone):
+        for one, both in zip(values, together, strict=True):
+            if not np.array_equal(one, np.broadcast_to(both, len(_POINTS))[at], equal_nan=True):
+                return "gives other values on arrays than on floats"
+    return None
+
+
+def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
+    k_d, k_v, k_c, p_des, v_des, speed, *rest = point
+    ahead, behind = Relative(rest[0], rest[1]), Relative(rest[2], rest[3])
+    predecessor, leader = Motion(rest[4], rest[5]), Motion(rest[6], rest[7])
+    shape = np.shape(speed)
+    observation = Observation(
+        speed,
+        Setpoint(k_d, k_v, k_c, p_des, v_des),
+        ahead,
+        behind,
+        tuple((ahead, behind) for _ in range(law.sides(parameters))),
+        predecessor,
+        leader,
+        tuple(np.full(shape, value)[()] for value in law.state),
+        0.1,
+        lambda number: np.full(shape, 1.0 / (2 + number))[()],
+    )
+    returned = law.acceleration(observation, parameters)
+    output = returned if isinstance(returned, Output) else Output(returned)
+    return (output.acceleration, *output.logged, *output.state)

@@ -1,0 +1,178 @@
+"""The vehicles of many runs, cycle by cycle: beacons out, frames in, commands out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.laws import Relative, law_of
+from zenvoy.scenarios import Scenario, roster
+from zenvoy.vehicles.arrays.aims import Schedule
+from zenvoy.vehicles.arrays.beacons import Beacons, Link
+from zenvoy.vehicles.arrays.control import Controllers
+from zenvoy.vehicles.arrays.decisions import NOTHING, Decider, Decisions, Known, Seen, View
+from zenvoy.vehicles.arrays.knowledge import Estimators
+from zenvoy.vehicles.arrays.links import (
+    by_position,
+    by_radar,
+    links_of,
+    radar_of,
+    reported,
+)
+from zenvoy.vehicles.arrays.own import OwnMotion
+from zenvoy.vehicles.arrays.plans import Plan
+from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen
+from zenvoy.vehicles.arrays.timing import Timing
+
+
+class Readings(NamedTuple):
+    """What the vehicles read at the start of a cycle: m, m/s and m/s²; gap NaN: nobody ahead."""
+
+    position: Floats
+    speed: Floats
+    acceleration: Floats
+    gap: Floats
+    relative_speed: Floats
+
+
+class Vehicles:
+    """Those of scenarios that differ in nothing but their seed.
+
+    In each cycle: `sense`, then `hear` for each link and each cycle whose beacons have come, the
+    oldest first, then `decide`.
+    """
+
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        first = scenarios[0]
+        size, runs = first.fleet.size, len(scenarios)
+        count = size * runs
+        self.timing = Timing.of(first)
+        self._by_position = first.control.neighbour_state == "position"
+        settings = [one for scenario in scenarios for one in roster(scenario)]
+        number = np.tile(np.arange(size), runs)
+        leads = number % (first.control.platoon.size or size) == 0
+        self._controllers = Controllers(first, settings, leads)
+        every = self._controllers.every
+        needs = [one.law.needs for one in every]
+        self.links = links_of(first, self.timing, every, runs)
+        self._m = max(one.law.sides(one.parameters) for one in every)
+        self._looks_behind = any(one.behind for one in needs)
+        self._wants_motion = any(one.predecessor or one.leader for one in needs)
+        self._wants_predecessor = any(one.predecessor for one in needs)
+        self._schedule = Schedule(settings)
+        limit, period_s = first.control.acceleration_limit_mps2, first.period_ns * 1e-9
+        self._decider = Decider(count, size, limit, period_s)
+        self._vehicle = number + 1
+        self._seed = np.repeat(np.array([one.seed for one in scenarios], dtype=np.uint64), size)
+        self._first: Bools | None = None
+        self._last: Bools | None = None
+        self._radar: Rows = ALL
+        if first.ring_length_m is None:
+            self._first, self._last = number == 0, number == size - 1
+            self._radar = np.flatnonzero(~self._first)
+        self.own = OwnMotion(self.timing, count)
+        self.estimators: Estimators | None = None
+        if any(one.prediction for one in needs):
+            self.estimators = Estimators(
+                first, self.timing, self.own, self.links, by_position=self._by_position
+            )
+        self.estimates = np.array(
+            [any(law_of(model).needs.prediction for model in one.models) for one in settings]
+        )
+        """Who runs filters, for a law of its own asks for them."""
+        self.predicted: Seen | None = None
+        """The newest estimates at the effect of the commands, where anybody asks for them."""
+        self._beacons: Beacons | None = None
+        self.cycle = -1
+
+    @property
+    def links_in_use(self) -> list[Link]:
+        """The links whose beacons matter to a controller."""
+        ahead, behind = self._m, self._m
+        if not self._by_position and ahead:
+            ahead -= 1  # the own radar measures the first of them
+        if self.estimators is not None or self._wants_predecessor or self._by_position:
+            ahead = max(ahead, 1)
+        if self.estimators is not None or self._looks_behind:
+            behind = max(behind, 1)
+        leader = [] if self.links.leader is None else [self.links.leader]
+        return [*self.links.ahead[:ahead], *self.links.behind[:behind], *leader]
+
+    def sense(self, readings: Readings) -> Beacons:
+        """Begin the next cycle with these readings; returns what the vehicles beacon."""
+        self.cycle += 1
+        plan = Plan(())
+        if self.estimators is not None or self._wants_motion:
+            plan = self.own.sense(readings.acceleration)
+        self._beacons = Beacons(*readings, plan)
+        if self.estimators is not None:
+            self.estimators.sense(self.cycle, self._beacons)
+        return self._beacons
+
+    def hear(self, link: Link, cycle: int, to: Bools | None, beacons: Beacons) -> None:
+        """Take in beacons that were sent in a cycle; to: to whom they have come, None: to all."""
+        rows: Rows | None = ALL if to is None and link.reaches_all else None
+        if rows is None:
+            news = link.exists & (link.cycle < cycle)
+            rows = chosen(news if to is None else news & to)
+        if rows is None:
+            return
+        if self.estimators is None:
+            link.hear(cycle, rows, beacons)
+        else:
+            self.estimators.hear(link, cycle, rows, beacons)
+
+    def decide(self, wants_all: bool) -> Decisions:
+        """Return the commands of the cycle; wants_all: estimates that nobody acts on, too."""
+        beacons, cycle = self._beacons, self.cycle
+        assert beacons is not None
+        now_ns = cycle * self.timing.period_ns + self.timing.wait_ns
+        in_force = self._controllers.at(now_ns)
+        view = self._view(beacons, wants_all)
+        decisions = self._decider.decide(
+            cycle, in_force, view, self._schedule.at(now_ns), self._uniform
+        )
+        if self.estimators is not None or self._wants_motion:
+            self.own.command(decisions.acceleration)
+        return decisions
+
+    def _view(self, beacons: Beacons, wants_all: bool) -> View:
+        links, cycle = self.links, self.cycle
+        ahead, behind = links.ahead[0], links.behind[0]
+        radar = Relative(beacons.gap, beacons.relative_speed)
+        sides: tuple[tuple[Relative, Relative], ...] = ()
+        known_sides: Ints | None = None
+        if self._by_position:
+            here = beacons.position + beacons.speed * self.timing.wait_ns * 1e-9
+            states = by_position(links, here, beacons.speed, cycle)
+            read = Seen(states.ahead[0], states.behind[0], beacons.speed)
+        else:
+            read = Seen(Known(radar), radar_of(behind, cycle), beacons.speed)
+            states = None
+        if self._m:
+            states = by_radar(links, radar, cycle) if states is None else states
+            sides, known_sides = states.pairs, states.known
+        predicted = None
+        if self.estimators is not None:
+            wanted = None if wants_all else read.behind.there
+            predicted = self.estimators.estimate(cycle, beacons, self._radar, wanted)
+            self.predicted = predicted
+        return View(
+            radar=radar,
+            read=read,
+            predicted=predicted,
+            sides=sides,
+            known_sides=known_sides,
+            predecessor=reported(ahead, cycle) if self._wants_predecessor else NOTHING,
+            leader=NOTHING if links.leader is None else reported(links.leader, cycle),
+            first=self._first,
+            last=self._last,
+        )
+
+    def _uniform(self, rows: Rows, number: int, cycle: int) -> Floats:
+        """Random numbers in [0, 1) for laws, as a vehicle draws them for its own."""
+        keys = (self._vehicle[rows], number, cycle)
+        return uniforms(self._seed[rows], Purpose.LAW, *keys)[0]

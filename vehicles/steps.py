@@ -1,0 +1,54 @@
+"""Step functions of time: an acceleration that is constant from one instant to the next.
+
+The acceleration of a step is a float, or an array of them: what is computed is the same.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import Any, Final
+
+NS: Final = 1e-9
+
+Spans = list[tuple[float, int]]
+"""Parts of a stretch of time, in order: how long each is (s), and the index of its step."""
+
+Number = Any
+"""A float, or an array of floats."""
+
+
+def spans(starts_ns: Sequence[int], t0_ns: int, t1_ns: int) -> Spans:
+    """Return the parts of [t0, t1] by the steps that begin at `starts_ns`, in rising order.
+
+    The first step reaches back without end, the last one on without end.
+    """
+    if t0_ns >= starts_ns[-1]:  # nearly always: nothing changes after t0
+        return [((t1_ns - t0_ns) * NS, len(starts_ns) - 1)]
+    at = max(bisect_right(starts_ns, t0_ns) - 1, 0)
+    parts, now = [], t0_ns
+    while now < t1_ns:
+        following = starts_ns[at + 1] if at + 1 < len(starts_ns) else t1_ns
+        until = min(following, t1_ns)
+        parts.append(((until - now) * NS, at))
+        now = until
+        at += 1
+    return parts
+
+
+def over(parts: Spans, values: Sequence[Number]) -> tuple[Number, Number]:
+    """Return displacement beyond uniform motion (m) and change of speed (m/s) over the parts."""
+    if len(parts) == 1:
+        dt, at = parts[0]
+        a = values[at]
+        return 0.5 * a * dt * dt, a * dt
+    dp: Number = 0.0
+    dv: Number = 0.0
+    for dt, at in parts:
+        dp, dv = after(dp, dv, values[at], dt)
+    return dp, dv
+
+
+def after(dp: Number, dv: Number, a: Number, dt: float) -> tuple[Number, Number]:
+    """Return displacement (m) and change of speed (m/s) after dt (s) more of acceleration a."""
+    return dp + (dv * dt + 0.5 * a * dt * dt), dv + a * dt

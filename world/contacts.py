@@ -1,0 +1,55 @@
+"""Vehicles that run into the one ahead: who is put back, and which of it is a new collision."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.world.road import Road
+
+Floats = NDArray[np.float64]
+
+# Vehicles that have touched must part by this much before they can collide anew.
+_APART_M: Final = 0.1
+
+
+class Contacts:
+    """Of one run or of several, each of which has a road of its own."""
+
+    def __init__(self, road: Road, length_m: float) -> None:
+        self._road, self._length_m = road, length_m
+        self._touching: dict[int, frozenset[int]] = {}  # indices by run, where there are any
+        self.moved = False
+        """Whether the newest call has put a vehicle back."""
+
+    def found(self, gaps: Floats, position: Floats, speed: Floats) -> list[tuple[int, int]]:
+        """Put vehicles that are too close back, in place; returns new collisions: run and index.
+
+        gaps (m), position (m), speed (m/s): (n,), or (runs, n).
+        """
+        self.moved = False
+        close = gaps < self._length_m
+        if not self._touching and not close.any():
+            return []
+        size = position.shape[-1]
+        positions, speeds = position.reshape(-1, size), speed.reshape(-1, size)
+        runs = {*self._touching, *np.flatnonzero(close.reshape(-1, size).any(axis=1)).tolist()}
+        return [
+            (run, index)
+            for run in sorted(runs)
+            for index in self._in_run(run, positions[run], speeds[run])
+        ]
+
+    def _in_run(self, run: int, position: Floats, speed: Floats) -> list[int]:
+        new_position, new_speed, moved = self._road.separate(position, speed, self._length_m)
+        if moved:
+            self.moved = True
+            position[:], speed[:] = new_position, new_speed
+        before = self._touching.pop(run, frozenset())
+        near = self._road.gaps(position) < self._length_m + _APART_M
+        touching = (before | set(moved)) & set(np.flatnonzero(near).tolist())
+        if touching:
+            self._touching[run] = frozenset(touching)
+        return [index for index in moved if index not in before]
