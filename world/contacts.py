@@ -31,7 +31,7 @@ class Contacts:
         """
         self.moved = False
         close = gaps < self._length_m
-        if not self._touching and not close.any():
+        if not self._touching and not np.count_nonzero(close):
             return []
         size = position.shape[-1]
         positions, speeds = position.reshape(-1, size), speed.reshape(-1, size)

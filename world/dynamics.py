@@ -15,7 +15,7 @@ def advance(position: Floats, speed: Floats, a: Floats, dt_s: float) -> tuple[Fl
     """
     after = speed + a * dt_s
     stops = after < 0.0
-    if not stops.any():
+    if not np.count_nonzero(stops):
         return position + speed * dt_s + 0.5 * a * (dt_s * dt_s), after
     dt = np.where(stops, -speed / np.where(stops, a, 1.0), dt_s)
     moved = position + speed * dt + 0.5 * a * (dt * dt)

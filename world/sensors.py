@@ -44,7 +44,8 @@ class SensorSet:
         of the absolute speed of the vehicle ahead; it does not depend on the own speedometer.
         """
         errors = self._of_cycle(cycle)
-        target = np.roll(speed, 1, axis=-1) * (1.0 + errors[Purpose.TARGET_SPEED_READING])
+        ahead = np.concatenate((speed[..., -1:], speed[..., :-1]), axis=-1)
+        target = ahead * (1.0 + errors[Purpose.TARGET_SPEED_READING])
         return Readings(
             gap=gap * (1.0 + errors[Purpose.GAP_READING]),
             relative_speed=np.where(np.isnan(gap), np.nan, target - speed),

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from zenvoy.vehicles.arrays.gain_table import GainTable
+from zenvoy.vehicles.arrays.gain_table import gain_table
 from zenvoy.vehicles.arrays.kalman import step
-from zenvoy.vehicles.arrays.rows import Floats, Ints, Rows, within
+from zenvoy.vehicles.arrays.rows import Floats, Ints, Rows, anywhere, within
 from zenvoy.vehicles.steps import Number
 
 
@@ -21,7 +21,7 @@ class Covariances:
 
     def __init__(self, period_s: float, acceleration_std: float, size: int, count: int) -> None:
         self._size = size
-        self._table = GainTable(period_s, acceleration_std, size)
+        self._table = gain_table(period_s, acceleration_std, size)
         self._variances = np.zeros((size, count))
         self._point = np.full(count, -1, dtype=np.int64)  # on the graph; -1: off it
         self._off = 0  # how many are off it
@@ -80,11 +80,11 @@ class Covariances:
     def _change(self, rows: Rows, variances: Floats) -> None:
         """Go on with other variances."""
         differs = variances != self._variances[:, rows]
-        if not differs.any():
+        if not anywhere(differs):
             return
-        some = np.flatnonzero(differs.any(axis=0))
-        which = within(rows, some)
-        new = variances[:, some]
+        changed = np.flatnonzero(differs.any(axis=0))
+        which = within(rows, changed)
+        new = variances[:, changed]
         members = np.arange(len(self._point))[which]
         self._variances[:, members] = new
         for member, key in zip(members.tolist(), zip(*new.tolist(), strict=True), strict=True):
@@ -104,11 +104,10 @@ class Covariances:
         self._point[rows] = -1
 
     def _put(self, rows: Rows, points: Ints, before: Ints | None = None) -> None:
-        moved = np.ones(len(points), np.bool_) if before is None else points != before
-        if not moved.any():
+        moved = np.arange(len(points)) if before is None else np.flatnonzero(points != before)
+        if not moved.size:
             return
-        some = np.flatnonzero(moved)
-        which, to = within(rows, some), points[some]
+        which, to = within(rows, moved), points[moved]
         self._point[which] = to
         self.K[:, :, which] = self._table.K[:, :, to]
 

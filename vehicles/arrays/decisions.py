@@ -17,7 +17,7 @@ from zenvoy.laws import Motion, Observation, Output, Relative, Setpoint, clipped
 from zenvoy.laws.errors import LawError
 from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.vehicles.arrays.aims import Aims
-from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows, within
+from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows, anywhere, everywhere, within
 from zenvoy.vehicles.control import FOLLOWING
 from zenvoy.vehicles.decision import Controller, applied
 from zenvoy.vehicles.time_limit import time_limit
@@ -138,7 +138,7 @@ class Decider:
             ok = _both(ok, ~view.last[rows])
         ok = _both(ok, _needed(controller, view, seen, rows))
         found.mode[rows] = controller.mode
-        if ok is None or ok.any():
+        if ok is None or anywhere(ok):
             self._law(
                 cycle,
                 controller,
@@ -149,11 +149,11 @@ class Decider:
                 uniform,
                 found,
             )
-        if follows is not None and follows.any():
+        if follows is not None and anywhere(follows):
             which = within(rows, np.flatnonzero(follows))
             found.acceleration[which] = _following(seen.ahead.state, seen.speed, aims, which)
             ok = follows if ok is None else ok | follows
-        if ok is not None and not ok.all():
+        if ok is not None and not everywhere(ok):
             which = within(rows, np.flatnonzero(~ok))
             found.mode[which] = pb.MODE_FALLBACK_FM
             found.acceleration[which] = _following(view.radar, view.read.speed, aims, which)
@@ -303,7 +303,7 @@ def _needed(controller: Controller, view: View, seen: Seen, rows: Rows) -> Bools
         ok = _both(ok, _there(view.predecessor.there, rows))
     if needs.leader:
         ok = _both(ok, _there(view.leader.there, rows))
-    return None if ok is None or ok.all() else ok
+    return None if ok is None or everywhere(ok) else ok
 
 
 def _there(mask: Bools | None, rows: Rows) -> Bools | None:
@@ -353,9 +353,9 @@ def _usable(output: Output, columns: int) -> bool:
     """Whether a law has returned what `decision.applied` asks for, for every vehicle."""
     numbers = (output.acceleration, *output.state)
     return (
-        all(bool(np.isfinite(values).all()) for values in numbers)
+        all(everywhere(np.isfinite(values)) for values in numbers)
         and len(output.logged) == columns
-        and not any(bool(np.isinf(values).any()) for values in output.logged)
+        and not any(anywhere(np.isinf(values)) for values in output.logged)
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from zenvoy.vehicles.arrays.rows import Floats, Rows
+from zenvoy.vehicles.arrays.rows import Floats, Rows, anywhere
 from zenvoy.vehicles.estimator import LEAST_SIZE, ReadingError
 
 
@@ -20,7 +20,7 @@ class ReadingErrors:
         size = np.maximum(np.abs(value), LEAST_SIZE)
         low, high, variance = self._low[rows], self._high[rows], self._variance[rows]
         outside = (size < low) | (size > high)
-        if not outside.any():
+        if not anywhere(outside):
             return variance
         for at in np.flatnonzero(outside).tolist():
             low[at], high[at], variance[at] = self._error.around(float(size[at]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -84,3 +85,9 @@ class GainTable:
         self.P, self.K = (np.concatenate([table, square], axis=2) for table in (self.P, self.K))
         self._variances = np.concatenate([self._variances, square[0]], axis=1)
         self._after = np.concatenate([self._after, np.full(more, -1)])
+
+
+@lru_cache(maxsize=16)
+def gain_table(period_s: float, acceleration_std: float, size: int) -> GainTable:
+    """Return the table of a model, shared by all filters of this process."""
+    return GainTable(period_s, acceleration_std, size)

@@ -19,7 +19,7 @@ from zenvoy.vehicles.arrays.links import Links, gap_then
 from zenvoy.vehicles.arrays.own import OwnMotion
 from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
-from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, within
+from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, everywhere, within
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.knowledge import link_errors
@@ -159,10 +159,13 @@ class Estimators:
         there = _measured(filters)
         which = there if wanted is None else wanted if there is None else there & wanted
         rows = ALL if which is None else chosen(which)
-        p, v = (np.full(len(filters.p), np.nan) for _ in range(2))
+        count = len(filters.p)
         if rows is None:
-            return Known(Relative(p, v), there)
-        for age, members in _by_age(cycle, filters.measured, rows).items():
+            return Known(Relative(np.full(count, np.nan), np.full(count, np.nan)), there)
+        ages = _by_age(cycle, filters.measured, rows)
+        # Of those that are left out nobody looks at the state.
+        p, v = (np.empty(count) if which is None else np.full(count, np.nan) for _ in range(2))
+        for age, members in ages.items():
             mine_dp, mine_dv = self._own.over(cycle - age, until_ns, members)
             plan = link.newest.plan.of(members)
             t1_ns = age * timing.period_ns + until_ns
@@ -192,12 +195,12 @@ class Estimators:
         """Bring links to a cycle under their relative accelerations, and take in readings z."""
         measured = link.measured[rows]
         periods = cycle - measured
-        started = measured >= 0
-        if link.started and (periods == 1).all():  # nearly always
+        if everywhere(periods == 1) and cycle > 0:  # nearly always: all were measured just before
             r = link.variances(rows, link.p[rows], speed)
             link.advance(rows, relative(1, ALL))
             link.correct(rows, cycle, 1, z, r)
             return
+        started = measured >= 0
         goes_on = started & (periods <= GIVE_UP_PERIODS)
         r = link.variances(rows, np.where(goes_on, link.p[rows], z[0]), speed)
         if not goes_on.all():
@@ -254,7 +257,7 @@ def _measured(filters: LinkFilters) -> Bools | None:
 def _by_age(cycle: int, measured: Ints, rows: Rows) -> dict[int, Rows]:
     """Some links by the cycles since their newest measurement; where there is one."""
     ages = cycle - measured[rows]
-    if ages.size and measured[rows].min() >= 0 and ages.min() == ages.max():
+    if ages.size and ages[0] <= cycle and everywhere(ages == ages[0]):
         return {int(ages[0]): rows}
     known: Bools = measured[rows] >= 0
     return {

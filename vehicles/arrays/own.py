@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from zenvoy.vehicles.arrays.plans import Plan
-from zenvoy.vehicles.arrays.rows import Floats, Rows
+from zenvoy.vehicles.arrays.rows import Floats, Rows, anywhere
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.knowledge import CONTRADICTS
 from zenvoy.vehicles.steps import NS, over, spans
@@ -46,7 +46,7 @@ class OwnMotion:
         _, dv = over([(dt, at) for at, (dt, _) in enumerate(commanded)], [a for _, a in commanded])
         apart = np.abs(acceleration - dv / (self._timing.period_ns * NS)) > CONTRADICTS
         bare = None
-        if apart.any():
+        if anywhere(apart):
             values[0] = np.where(apart, acceleration, values[0])
             bare = apart if len(values) > 1 else None
         self.plan = Plan(tuple(values), bare)

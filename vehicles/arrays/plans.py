@@ -23,6 +23,8 @@ class Plan(NamedTuple):
 
     def of(self, rows: Rows) -> Plan:
         """Return those of some vehicles."""
+        if isinstance(rows, slice):
+            return self
         values = tuple(value[rows] for value in self.values)
         return Plan(values, None if self.bare is None else self.bare[rows])
 
