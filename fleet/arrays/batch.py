@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.fleet.arrays.deliveries import Deliveries
+from zenvoy.fleet.arrays.estimates import Columns, estimates
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
 from zenvoy.vehicles.arrays.decisions import Decisions
@@ -24,7 +25,8 @@ class Cycle(NamedTuple):
 
     truth: position (m), speed (m/s), mean acceleration (m/s²) at its start. collided: run and
     index of those who have just run into the vehicle ahead. readings and decisions are None after
-    the last cycle, which only moves the truth to the end.
+    the last cycle, which only moves the truth to the end. estimates: columns of /fleet/estimate, in
+    a `whole` batch.
     """
 
     number: int
@@ -34,6 +36,7 @@ class Cycle(NamedTuple):
     collided: list[tuple[int, int]]
     readings: Readings | None
     decisions: Decisions | None
+    estimates: Columns | None = None
 
 
 class Batch:
@@ -82,4 +85,5 @@ class Batch:
             decisions = vehicles.decide(self._whole)
             commands = decisions.acceleration.reshape(shape)
             fleet.command_all(number * period_ns + effect_ns, commands)
-            yield Cycle(number, *truth, collided, readings, decisions)
+            columns = estimates(vehicles, decisions) if self._whole else None
+            yield Cycle(number, *truth, collided, readings, decisions, columns)

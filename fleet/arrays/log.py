@@ -14,7 +14,6 @@ from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, FRAMES
 from zenvoy.channel.agent import frame_table
 from zenvoy.channel.transmission import Transmission
 from zenvoy.fleet.arrays.batch import Batch, Cycle
-from zenvoy.fleet.arrays.estimates import estimates
 from zenvoy.laws import law_of
 from zenvoy.links.rows import Scene
 from zenvoy.scenarios import modes, roster
@@ -33,7 +32,7 @@ class RunLog:
     def __init__(self, batch: Batch, run: int, log: Log) -> None:
         scenario = batch.scenarios[run]
         size = scenario.fleet.size
-        self._batch, self._log = batch, log
+        self._log = log
         self._scenario = scenario
         self._part = slice(run * size, (run + 1) * size)
         self._run, self._size = run, size
@@ -97,12 +96,10 @@ class RunLog:
         """The rows about a cycle that are logged when it has ended, and news of fallbacks."""
         scenario, part, decisions = self._scenario, self._part, cycle.decisions
         assert decisions is not None
+        assert cycle.estimates is not None
         time_ns = cycle.number * scenario.period_ns
         decided_ns = time_ns + scenario.v2v_wait_ns
-        columns = {
-            name: values[part].tolist()
-            for name, values in estimates(self._batch.vehicles, decisions).items()
-        }
+        columns = {name: values[part].tolist() for name, values in cycle.estimates.items()}
         if self._counts_neighbours:
             columns["neighbours"] = decisions.neighbours[part].tolist()
         columns["logged"] = list(self._logged(cycle))
