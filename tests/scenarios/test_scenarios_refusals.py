@@ -440,7 +440,7 @@ def test_settings(refusal: Refusal, settings: list[str], line: str) -> None:
 
 def test_a_setting_nested_beyond_reason(refusal: Refusal) -> None:
     setting = ".".join("a" * 5000) + "="
-    example = "for instance channel.loss.p=0.3"
+    example = "such as channel.loss.p=0.3"
     place = f"--set {setting}"[:299] + "…"
     assert refusal("{}", setting) == f"not of the form key=value, {example}  ({place})"
 

@@ -19,12 +19,12 @@ ALL: Final = slice(None)
 
 def anywhere(mask: Bools) -> bool:
     """Return whether `mask` is set anywhere; it takes a tenth of the time of `mask.any()`."""
-    return np.count_nonzero(mask) > 0
+    return bool(np.count_nonzero(mask) > 0)
 
 
 def everywhere(mask: Bools) -> bool:
     """Return whether `mask` is set everywhere."""
-    return np.count_nonzero(mask) == mask.size
+    return bool(np.count_nonzero(mask) == mask.size)
 
 
 def chosen(mask: Bools) -> Rows | None:
