@@ -21,11 +21,12 @@ from zenvoy.cli.options import (
     AllowCodeOption,
     Bus,
     DurationOption,
+    EngineName,
     ScenarioArgument,
     SeedOption,
     SetOption,
     StrictOption,
-    engine_of,
+    choice_of,
     scenario_of,
 )
 from zenvoy.cli.streams import flush
@@ -83,9 +84,18 @@ def run(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run [default: runs/<time>-<scenario>].")
     ] = None,
+    engine: Annotated[
+        EngineName | None,
+        typer.Option(
+            help="A process per vehicle on Zenoh; the whole fleet in one process; the fleet as "
+            "arrays; or auto: arrays where they run the scenario, else in-process "
+            "[default: processes]."
+        ),
+    ] = None,
     bus: Annotated[
-        Bus, typer.Option(help="One process per vehicle on Zenoh, or the whole fleet in one.")
-    ] = Bus.ZENOH,
+        Bus | None,
+        typer.Option(help="Older spelling of --engine; zenoh stands for processes."),
+    ] = None,
     realtime: Annotated[
         bool,
         typer.Option("--realtime", help="Run on the wall clock, not as fast as possible."),
@@ -116,6 +126,7 @@ def run(
 
     The folder also gets a summary and the text output of each process.
     """
+    asked = choice_of(engine, bus)
     clock = "realtime" if realtime else None
     loaded = scenario_of(
         scenario,
@@ -126,14 +137,14 @@ def run(
         speed=speed,
         allow_code=allow_code,
     )
-    if loaded.scenario.clock == "realtime" and bus is Bus.IN_PROCESS:
-        refuse(f"clock: realtime needs processes; allowed: --bus {Bus.ZENOH.value}")
+    if loaded.scenario.clock == "realtime" and asked != "processes":
+        refuse("clock: realtime needs processes; allowed: --engine processes")
     if per_process < 1:
         refuse(f"--vehicles-per-process {per_process}: is not at least 1")
-    if (without or listen or per_process > 1) and bus is Bus.IN_PROCESS:
+    if (without or listen or per_process > 1) and asked != "processes":
         refuse(
             "--without, --listen and --vehicles-per-process need processes; "
-            f"allowed: --bus {Bus.ZENOH.value}"
+            "allowed: --engine processes"
         )
     from zenvoy.fleet.guests import GuestsError, guests
 
@@ -141,11 +152,19 @@ def run(
         others = guests(without or (), listen or (), loaded.scenario.fleet.size)
     except GuestsError as error:
         refuse(str(error))
+    from zenvoy.fleet.choice import EngineError, choose
+
+    try:
+        chosen = choose(asked, loaded.scenario)
+    except EngineError as error:
+        refuse(str(error))
     _print_notes(loaded, strict)
+    if asked == "auto":
+        _print_lines(f"engine: {chosen.engine}", *(f"  {line}" for line in chosen.not_arrays))
     from zenvoy.cli.execute import execute
 
     with interruptible():
-        code = execute(loaded, out, engine_of(bus), console, errors, others, per_process)
+        code = execute(loaded, out, chosen.engine, console, errors, others, per_process)
     raise typer.Exit(code)
 
 
@@ -208,11 +227,17 @@ def check(
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
-    """Check a scenario and print all its errors."""
+    """Check a scenario and print all its errors.
+
+    Also says whether the array engine runs it.
+    """
     loaded = scenario_of(scenario, overrides, None, None, allow_code=allow_code)
     _print_notes(loaded, strict)
     size, duration_s = loaded.scenario.fleet.size, loaded.scenario.duration_s
     console.print(f"{loaded.name}: valid; {size} vehicles, {duration_s:g} s", soft_wrap=True)
+    from zenvoy.fleet.arrays.covered import uncovered
+
+    _print_lines(*(uncovered(loaded.scenario) or ["runs on arrays"]))
 
 
 @app.command()
@@ -296,6 +321,12 @@ def trace(
 
 for command in (*LOG_COMMANDS, *STUDY_COMMANDS):
     app.command()(command)
+
+
+def _print_lines(*lines: str) -> None:
+    """Print lines that a narrow terminal does not break."""
+    for line in lines:
+        console.print(line, soft_wrap=True)
 
 
 def _print_notes(loaded: Loaded, strict: bool) -> None:

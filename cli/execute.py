@@ -18,7 +18,8 @@ from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.guests import NO_GUESTS, Guests
-from zenvoy.fleet.run import Interrupted, Watch, run
+from zenvoy.fleet.interruption import Interrupted
+from zenvoy.fleet.run import Watch, run
 from zenvoy.scenarios import Loaded
 
 

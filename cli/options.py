@@ -8,21 +8,39 @@ from typing import Annotated
 import typer
 
 from zenvoy.cli.terminal import refuse
-from zenvoy.fleet.engine import Engine
+from zenvoy.fleet.engine import Choice, Engine
 from zenvoy.scenarios import Loaded, ScenarioError, load
 from zenvoy.scenarios.reading.library import packaged
 
 
 class Bus(StrEnum):
-    """The buses that a fleet can run on."""
+    """The engines by the names that they had before."""
 
     ZENOH = "zenoh"
     IN_PROCESS = "in-process"
 
 
+class EngineName(StrEnum):
+    """The engines, and `auto`, as in `fleet.engine.Choice`."""
+
+    PROCESSES = "processes"
+    IN_PROCESS = "in-process"
+    ARRAYS = "arrays"
+    AUTO = "auto"
+
+
 def engine_of(bus: Bus) -> Engine:
-    """Return the engine that the option names."""
+    """Return the engine of that older name."""
     return "processes" if bus is Bus.ZENOH else "in-process"
+
+
+def choice_of(engine: EngineName | None, bus: Bus | None) -> Choice:
+    """Return what the two options ask for; if they contradict each other, print so and exit."""
+    if bus is None:
+        return "processes" if engine is None else engine.value
+    if engine is not None and engine.value != engine_of(bus):
+        refuse(f"--bus {bus.value}: contradicts --engine {engine.value}; allowed: one of them")
+    return engine_of(bus)
 
 
 def _complete(text: str) -> list[str]:

@@ -13,8 +13,9 @@ from pydantic import ValidationError
 from zenvoy import errors
 from zenvoy.analysis.log.arrays import as_json
 from zenvoy.bus.text import utf8
+from zenvoy.fleet.choice import EngineError, choose
 from zenvoy.fleet.ends import Death, shortage_of
-from zenvoy.fleet.engine import ENGINES, Engine
+from zenvoy.fleet.engine import CHOICES, Choice
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.progress import Progress
 from zenvoy.fleet.run import Watch
@@ -30,31 +31,37 @@ def run(
     scenario: str | PathLike[str] | Loaded | Scenario,
     *,
     seed: int | None = None,
-    engine: Engine = "processes",
+    engine: Choice = "processes",
     out: str | PathLike[str] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> Run:
     """Run a scenario to its end, and return the run as logged.
 
     `scenario` is the name of a built-in scenario, a file, or a value returned by `zenvoy.scenario`;
-    `seed` replaces its seed. `engine` is "processes" (a process per vehicle on Zenoh) or
-    "in-process" (all vehicles in this process, which is faster for a small fleet). Both write the
-    same log, bit for bit. `out` is the folder of the run, new or empty; by default it is
+    `seed` replaces its seed. `engine` is "processes" (a process per vehicle on Zenoh),
+    "in-process" (all vehicles in this process, which is faster for a small fleet), "arrays" (the
+    same arithmetic on arrays, which is faster still, but does not run every scenario) or "auto"
+    ("arrays" where they run the scenario, else "in-process"). All write the same log, bit for bit.
+    `out` is the folder of the run, new or empty; by default it is
     `runs/<time>-<scenario>`. `on_progress` is called several times a second, in this thread; an
     exception that it raises ends the run.
 
     Nothing is printed. Ctrl-C raises KeyboardInterrupt, and the log so far is kept. The processes
     are forked from this one, which must not have opened a Zenoh session before.
 
-    Raises ScenarioError, FolderError, InputError for an unknown engine, ProcessLostError if a
-    process dies or stalls, and RunError if the system lacks disk, memory, processes or file
-    descriptors for the run.
+    Raises ScenarioError, FolderError, InputError for an engine that is unknown or does not run the
+    scenario, ProcessLostError if a process dies or stalls, and RunError if the system lacks disk,
+    memory, processes or file descriptors for the run.
     """
     what = _seeded(scenario, seed)
-    if engine not in ENGINES:
-        raise errors.InputError(f"engine: {engine!r} is not one of {', '.join(ENGINES)}")
+    if engine not in CHOICES:
+        raise errors.InputError(f"engine: {engine!r} is not one of {', '.join(CHOICES)}")
     if what.scenario.clock == "realtime" and engine != "processes":
         raise errors.InputError('clock: realtime needs processes; allowed: engine="processes"')
+    try:
+        chosen = choose(engine, what.scenario)
+    except EngineError as error:
+        raise errors.InputError(str(error)) from error
     try:
         folder = make_folder(None if out is None else Path(fspath(out)), what.name)
     except FolderError as error:
@@ -62,7 +69,7 @@ def run(
     log = folder / LOG
     watch = Watch() if on_progress is None else Watch(on_progress=on_progress)
     try:
-        death = run_in(what, folder, engine, watch)
+        death = run_in(what, folder, chosen.engine, watch)
         if death is not None and not death.complete:
             raise _lost(death, log)
         done = load(log)

@@ -17,6 +17,7 @@ from zenvoy.scenarios import Scenario, effective_yaml, roster
 _BUSES: Final = {
     "zenoh": "a process per vehicle, on Zenoh",
     "in-process": "all vehicles in one process, without Zenoh",
+    "arrays": "all vehicles as arrays in one process, without messages",
 }
 
 

@@ -8,67 +8,94 @@ import numpy as np
 
 from zenvoy.laws import builtin, law_of
 from zenvoy.links.table import distributions
-from zenvoy.scenarios import Latency, Scenario, parameters_of, roster
+from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
 from zenvoy.vehicles.arrays.beaconing import RULES
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.trial import fault_on_arrays
 
 
 def uncovered(scenario: Scenario) -> list[str]:
-    """Return what of a scenario the array engine does not run: a line for each, with its key."""
-    return [*_of_scenario(scenario), *_of_channel(scenario), *_of_laws(scenario)]
+    """Return a line on each thing in a scenario that the array engine does not run.
+
+    It has the key, the value, and what is allowed.
+    """
+    return [*_of_scenario(scenario), *_of_channel(scenario), *_of_control(scenario)]
+
+
+def _line(key: str, value: object, allowed: str) -> str:
+    return f"{key}: {value} does not run on arrays; allowed: {allowed}"
 
 
 def _of_scenario(scenario: Scenario) -> Iterator[str]:
     if scenario.clock == "realtime":
-        yield "clock: realtime"
+        yield _line("clock", "realtime", "lock-step")
     if scenario.beacons.rule not in RULES:
-        yield f"beacons.rule: {scenario.beacons.rule}"
+        yield _line("beacons.rule", scenario.beacons.rule, ", ".join(RULES))
 
 
 def _of_channel(scenario: Scenario) -> Iterator[str]:
     channel = scenario.channel
     if channel.medium.access != "none":
-        yield f"channel.medium.access: {channel.medium.access}"
+        yield _line("channel.medium.access", channel.medium.access, "none")
     if channel.relay_hops > 1:
-        yield f"channel.relay_hops: {channel.relay_hops}"
+        yield _line("channel.relay_hops", channel.relay_hops, "1")
     if channel.duplicate > 0.0:
-        yield f"channel.duplicate: {channel.duplicate:g}"
+        yield _line("channel.duplicate", f"{channel.duplicate:g}", "0")
     rules = [(f"channel.rules.{n}.loss", rule.loss) for n, rule in enumerate(channel.rules)]
     for key, loss in [("channel.loss", channel.loss), *rules]:
         if loss is not None and loss.path_loss is not None:
-            yield f"{key}.path_loss"
+            yield _line(f"{key}.path_loss", "received power", "null")
 
 
-def _of_laws(scenario: Scenario) -> Iterator[str]:
+def _of_control(scenario: Scenario) -> Iterator[str]:
     phases = dict.fromkeys(
         (phase.model, phase.parameters) for one in roster(scenario) for phase in one.phases
     )
     predicts = any(law_of(model).needs.prediction for model, _ in phases)
     if predicts and scenario.estimator.kind != "kalman":
-        yield f"estimator.kind: {scenario.estimator.kind}"
-    if predicts and scenario.control.neighbour_state == "position" and _forgets(scenario):
-        yield "control.neighbour_state: position, with latencies beyond what vehicles remember"
+        yield _line("estimator.kind", name_of(scenario.estimator.kind), "kalman")
+    if predicts and scenario.control.neighbour_state == "position":
+        yield from _of_memory(scenario)
     for model, given in phases:
         law = law_of(model)
         if model not in builtin():
             parameters = parameters_of(scenario.control, law, given)
             fault = fault_on_arrays(law, parameters, scenario.stall_limit_s)
             if fault is not None:
-                yield f"control.model: {model}: {fault}"
+                yield (
+                    f"{_key_of(scenario, model)}: {name_of(model)} does not run on arrays: {fault};"
+                    " allowed: a law for floats and arrays (docs/arrays.md)"
+                )
 
 
-def _forgets(scenario: Scenario) -> bool:
+def _key_of(scenario: Scenario, model: str) -> str:
+    """The first key that names a model."""
+    control = scenario.control
+    keys = [
+        ("control.model", control.model),
+        *((f"control.schedule.{n}.model", one.model) for n, one in enumerate(control.schedule)),
+        *((f"fleet.groups.{n}.model", one.model) for n, one in enumerate(scenario.fleet.groups)),
+    ]
+    return next(key for key, named in keys if named == model)
+
+
+def _of_memory(scenario: Scenario) -> Iterator[str]:
     """Whether a beacon may be older than the own positions that it is compared with."""
     channel, timing = scenario.channel, Timing.of(scenario)
-    latencies = [channel.latency, *(rule.latency for rule in channel.rules)]
-    greatest_ns = max(
-        _greatest_ns(latency, channel.radio.delay_ms)
-        for latency in latencies
-        if latency is not None
-    )
-    # The frame's own time on the air, and a cycle until it is delivered.
-    return greatest_ns + 3 * timing.period_ns > timing.keep_ns
+    # Until it is delivered: a cycle, and two for the frame's own time on the air.
+    limit_ns = timing.keep_ns - 3 * timing.period_ns
+    latencies = [("channel.latency", channel.latency)]
+    latencies += [
+        (f"channel.rules.{n}.latency", rule.latency)
+        for n, rule in enumerate(channel.rules)
+        if rule.latency is not None
+    ]
+    for key, latency in latencies:
+        greatest_ns = _greatest_ns(latency, channel.radio.delay_ms)
+        if greatest_ns > limit_ns:
+            what = f"{latency.distribution} of up to {greatest_ns * 1e-6:g} ms"
+            allowed = f"up to {limit_ns * 1e-6:g} ms with control.neighbour_state: position"
+            yield _line(key, what, allowed)
 
 
 def _greatest_ns(latency: Latency, technology_ms: tuple[float, float]) -> float:

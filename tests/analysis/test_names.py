@@ -56,7 +56,7 @@ def test_a_terminal_is_told_nothing_that_it_would_obey(capsys: pytest.CaptureFix
 def test_a_run_is_told_by_its_name(tmp_path: Path) -> None:
     (tmp_path / f"{NASTY}.yaml").write_text(SHORT)
     outcome = zenvoy(tmp_path, "check", f"{NASTY}.yaml")
-    assert outcome == Outcome(0, f"{NASTY}: valid; 3 vehicles, 1 s\n", "")
+    assert outcome == Outcome(0, f"{NASTY}: valid; 3 vehicles, 1 s\nruns on arrays\n", "")
     outcome = zenvoy(tmp_path, "run", f"{NASTY}.yaml", "--out", "m[/b]", "--bus", "in-process")
     assert (outcome.code, outcome.err) == (0, "")
     assert f"{NASTY}, seed 1" in outcome.out

@@ -135,7 +135,7 @@ def test_what_is_shown_is_a_scenario_that_is_shown_alike(tmp_path: Path) -> None
 
 def test_check_says_that_a_scenario_is_valid(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "check", "quickstart", "--set", "fleet.size=12")
-    assert outcome == Outcome(0, "quickstart: valid; 12 vehicles, 60 s\n", "")
+    assert outcome == Outcome(0, "quickstart: valid; 12 vehicles, 60 s\nruns on arrays\n", "")
 
 
 def test_scenarios_are_listed_with_what_they_are(tmp_path: Path) -> None:

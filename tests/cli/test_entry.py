@@ -55,7 +55,9 @@ def test_nohup_is_heeded(tmp_path: Path) -> None:
         with command(tmp_path, "check", "quickstart") as started:
             wait_until(lambda: signal.SIGTERM in handled(started, "SigCgt"), "it has begun")
             started.send(signal.SIGHUP)
-            assert started.wait() == Outcome(0, "quickstart: valid; 20 vehicles, 60 s\n", "")
+            assert started.wait() == Outcome(
+                0, "quickstart: valid; 20 vehicles, 60 s\nruns on arrays\n", ""
+            )
         (tmp_path / "s.yaml").write_text("{duration_s: 100000, fleet: {size: 3}}")
         options = ["--out", "o", "--bus", "in-process"]
         with command(tmp_path, "run", "s.yaml", *options) as started:
@@ -91,7 +93,7 @@ def test_a_terminal_is_told_what_it_can_show(
         tmp_path, env, ["check", "süd-模.yaml"], ["technologies"], ["show", "süd-模.yaml"]
     )
     name = "süd-模".encode(encoding, "backslashreplace")
-    assert check == (0, name + b": valid; 3 vehicles, 1 s\n", b"")
+    assert check == (0, name + b": valid; 3 vehicles, 1 s\nruns on arrays\n", b"")
     assert (technologies[0], technologies[2]) == (0, b"")
     assert b">= 640 MHz" in technologies[1]
     again = tmp_path / "again.yaml"

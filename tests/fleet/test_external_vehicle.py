@@ -270,11 +270,13 @@ def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
         (("--without", "0"), "--without 0: is not in [1, 20], the vehicles of fleet.size (20)"),
         (
             ("--without", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; allowed: --bus zenoh",
+            "--without, --listen and --vehicles-per-process need processes; "
+            "allowed: --engine processes",
         ),
         (
             ("--vehicles-per-process", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; allowed: --bus zenoh",
+            "--without, --listen and --vehicles-per-process need processes; "
+            "allowed: --engine processes",
         ),
         (
             ("--listen", "127.0.0.1:7447"),

@@ -189,7 +189,7 @@ def test_however_it_ends_the_log_is_whole(tmp_path: Path, end: Callable[[Command
     [
         (
             ("--realtime", "--bus", "in-process"),
-            "clock: realtime needs processes; allowed: --bus zenoh",
+            "clock: realtime needs processes; allowed: --engine processes",
         ),
         (("--realtime", "--speed", "11"), "speed: 11.0 is not in [0.1, 10]  (--speed 11.0)"),
         (("--realtime", "--speed", "0"), "speed: 0.0 is not in [0.1, 10]  (--speed 0.0)"),

@@ -12,7 +12,7 @@ import pytest
 
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.fleet.ends import Death
-from zenvoy.fleet.run import Interrupted
+from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.spawn import Program
 from zenvoy.fleet.supervisor import Supervisor
 

@@ -140,7 +140,7 @@ def test_a_scenario_may_be_piped_in(tmp_path: Path) -> None:
         )
 
     told = check("extends: base.yaml\nduration_s: 3\n")
-    assert (told.returncode, told.stdout) == (0, "stdin: valid; 7 vehicles, 3 s\n")
+    assert (told.returncode, told.stdout) == (0, "stdin: valid; 7 vehicles, 3 s\nruns on arrays\n")
     told = check("seed: -1\n")
     assert told.returncode == 2
     assert "(standard input, line 1)" in told.stderr

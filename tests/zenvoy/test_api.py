@@ -45,11 +45,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_both_engines_and_the_command_give_the_same_bits(tmp_path: Path) -> None:
+def test_all_engines_and_the_command_give_the_same_bits(tmp_path: Path) -> None:
     text = """
 import json, zenvoy
 runs = [zenvoy.run("s.yaml", seed=7, engine=engine, out=engine)
-        for engine in ("processes", "in-process")]
+        for engine in ("processes", "in-process", "arrays")]
 json.dump([(run.fingerprint, run.summary["bus"], str(run.log)) for run in runs], open("found", "w"))
 """
     done = script(tmp_path, text)
@@ -61,6 +61,7 @@ json.dump([(run.fingerprint, run.summary["bus"], str(run.log)) for run in runs],
     assert found == [
         [expected, "zenoh", "processes/run.mcap"],
         [expected, "in-process", "in-process/run.mcap"],
+        [expected, "arrays", "arrays/run.mcap"],
     ]
     files = {path.name for path in (tmp_path / "c").iterdir()}
     assert {path.name for path in (tmp_path / "processes").iterdir()} == files

@@ -6,6 +6,7 @@ As `decision.decide` has it for one vehicle: what is missing there is out of a m
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -14,10 +15,12 @@ import numpy as np
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.laws import Motion, Observation, Output, Relative, Setpoint, clipped
-from zenvoy.laws.errors import LawError
+from zenvoy.laws.errors import LawError, described
 from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.vehicles.arrays.aims import Aims
+from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows, anywhere, everywhere, within
+from zenvoy.vehicles.arrays.strict import strict_arithmetic
 from zenvoy.vehicles.control import FOLLOWING
 from zenvoy.vehicles.decision import Controller, applied
 from zenvoy.vehicles.time_limit import time_limit
@@ -221,19 +224,25 @@ class Decider:
                 column[rows] = values
 
     def _output(self, controller: Controller, rows: Rows, observation: Observation) -> Output:
-        """What the law returns. Raises LawError, with the name of the vehicle, as for one alone."""
-        law = controller.law
+        """What the law returns.
+
+        Raises LawError with the name of the vehicle, as for one alone; NotCoveredError where it
+        fails for all at once, and not for each of them.
+        """
+        law, limit_s = controller.law, controller.limit_s
+        strict = nullcontext() if limit_s is None else strict_arithmetic()
         try:
-            with time_limit(controller.limit_s):
+            with time_limit(limit_s), strict:
                 returned = law.acceleration(observation, controller.parameters)
             output = returned if isinstance(returned, Output) else Output(returned)
             if _usable(output, len(law.columns)):
                 return output
-        except BaseException:  # whatever it raises is its own, also sys.exit
+        except BaseException as error:  # whatever it raises is its own, also sys.exit
             self._blame(controller, rows, observation)
-            raise
+            what = " ".join(described(error).split())
+            raise NotCoveredError(f"law {law.name} raised {what}, but only on arrays") from error
         self._blame(controller, rows, observation)
-        raise LawError(f"law {law.name} gives other values on arrays than on floats")
+        raise NotCoveredError(f"law {law.name} gives other values on arrays than on floats")
 
     def _blame(self, controller: Controller, rows: Rows, observation: Observation) -> None:
         """Raise LawError for the first vehicle on which the law fails."""

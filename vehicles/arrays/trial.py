@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint
-from zenvoy.laws.errors import described
+from zenvoy.laws.errors import described, errors_of_the_code
+from zenvoy.vehicles.arrays.strict import strict_arithmetic
 from zenvoy.vehicles.time_limit import time_limit
 
 _POINTS = np.array(
@@ -20,6 +21,14 @@ _POINTS = np.array(
 )
 
 
+class _FaultError(Exception):
+    """A law has raised; the text says what, in a line."""
+
+
+def _of(error: BaseException) -> _FaultError:
+    return _FaultError(f"it raises {' '.join(described(error).split())}")
+
+
 def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
     """Return why a law does not serve arrays, in a few words; None where it does.
 
@@ -27,15 +36,15 @@ def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
     must be what it returns for each, bit for bit.
     """
     try:
-        with time_limit(limit_s):
+        with errors_of_the_code(_of), time_limit(limit_s), strict_arithmetic():
             alone = [_flat(law, parameters, tuple(point)) for point in _POINTS.tolist()]
             together = _flat(law, parameters, tuple(_POINTS.T))
-    except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a user's code raises
-        return f"does not run on arrays: {described(error)}"
+    except _FaultError as error:
+        return str(error)
     for at, values in enumerate(alone):
         for one, both in zip(values, together, strict=True):
             if not np.array_equal(one, np.broadcast_to(both, len(_POINTS))[at], equal_nan=True):
-                return "gives other values on arrays than on floats"
+                return "it gives other values on arrays than on floats"
     return None
 
 
