@@ -23,8 +23,11 @@ REPAIR: Final = "zenvoy.repair"
 CHECKSUM: Final = "sha256"
 """Key of a metadata record for the checksum of its other entries."""
 
+NOTES: Final = "notes"
+"""Key of zenvoy.run for the notes on the scenario, one per line."""
+
 _VERSION: Final = "version."
-_OPTIONAL: Final = frozenset({"vehicles_per_process", "notes"})
+_OPTIONAL: Final = frozenset({"vehicles_per_process", NOTES})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +64,7 @@ class RunMetadata:
             "bus": self.bus,
             "run": self.run,
             "vehicles_per_process": str(self.vehicles_per_process),
-            **({"notes": "\n".join(self.notes)} if self.notes else {}),
+            **({NOTES: "\n".join(self.notes)} if self.notes else {}),
             "epoch_ns": str(self.epoch_ns),
             "python": self.python,
             "machine": self.machine,
@@ -122,10 +125,15 @@ class ResultMetadata:
             "end": self.end,
             "fingerprint": self.fingerprint,
             "cycles": str(self.cycles),
-            "simulated_s": f"{self.clock.time_ns * 1e-9:.9g}",
+            "simulated_s": simulated_s(self.clock.time_ns),
             "wall_s": f"{self.clock.wall_ns * 1e-9:.6f}",
             "real_time_factor": f"{self.clock.real_time_factor:.6f}",
         }
+
+
+def simulated_s(time_ns: int) -> str:
+    """Return simulated time as zenvoy.result has it, s."""
+    return f"{time_ns * 1e-9:.9g}"
 
 
 _RESULT_WORDS: Final = ("end", "fingerprint")

@@ -103,7 +103,7 @@ def damage_as_log_error(*runs: Run) -> Iterator[None]:
         for run in runs:
             if any(check.holds is False for check in run.checks):
                 what = f"{type(error).__name__}: {error}".splitlines()[0]
-                raise LogError(f"{run.path}: too damaged to be analysed: {what}") from error
+                raise LogError(f"{run.log}: too damaged to be analysed: {what}") from error
         raise
 
 

@@ -6,9 +6,10 @@ import os
 from dataclasses import replace
 
 from zenvoy.bus.clock import stamp
+from zenvoy.bus.log_metadata import RunMetadata
 from zenvoy.bus.text import utf8
 from zenvoy.scenarios import Loaded, effective_json, own_laws
-from zenvoy.world.recorder import Labels
+from zenvoy.world.recorder import Labels, metadata_of
 
 
 def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
@@ -29,3 +30,8 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
         laws=own_laws(scenario),
         notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
     )
+
+
+def metadata_without_log(loaded: Loaded) -> RunMetadata:
+    """Return what the record zenvoy.run would say of a run on arrays that is not logged."""
+    return metadata_of(labels_of(loaded, "arrays", loaded.scenario.fleet.size))

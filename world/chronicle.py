@@ -27,6 +27,11 @@ class Chronicle:
         self._fallen_back: set[int] = set()
         self._period_ns = scenario.period_ns
 
+    @property
+    def due_ns(self) -> int | None:
+        """Instant of the next scheduled entry; None where none is left."""
+        return self._scheduled[0].time_ns if self._scheduled else None
+
     def write(
         self, now_ns: int, commands: Iterable[pb.Command], collided: Sequence[int]
     ) -> list[Envelope]:

@@ -6,6 +6,7 @@ import os
 import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
@@ -68,7 +69,7 @@ class Recorder:
 
     def __enter__(self) -> Self:
         self._writer.start(profile="", library=f"zenvoy {version('zenvoy')}")
-        self._writer.add_metadata(RUN, sealed(_metadata(self._labels).written()))
+        self._writer.add_metadata(RUN, sealed(metadata_of(self._labels).written()))
         if self._labels.laws:
             self._writer.add_metadata(LAWS, sealed(self._labels.laws))
         self._attach(SCENARIO, "application/yaml", self._labels.scenario_text)
@@ -165,9 +166,8 @@ class Recorder:
         self._writer.add_attachment(EPOCH_NS, EPOCH_NS, name, media_type, text.encode())
 
 
-def _metadata(labels: Labels) -> RunMetadata:
+def metadata_of(labels: Labels) -> RunMetadata:
     """Return who made the log, from what, with which versions."""
-    packages = ("zenvoy", "eclipse-zenoh", "numpy", "filterpy", "mcap", "protobuf")
     return RunMetadata(
         scenario=labels.scenario_name,
         seed=labels.seed,
@@ -180,8 +180,14 @@ def _metadata(labels: Labels) -> RunMetadata:
         notes=labels.notes,
         python=platform.python_version(),
         machine=f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
-        versions={name: version(name) for name in packages},
+        versions=_versions(),
     )
+
+
+@cache
+def _versions() -> dict[str, str]:
+    packages = ("zenvoy", "eclipse-zenoh", "numpy", "filterpy", "mcap", "protobuf")
+    return {name: version(name) for name in packages}
 
 
 def _descriptors() -> bytes:

@@ -26,7 +26,7 @@ class Run(analysis.Run):
     @property
     def log(self) -> Path:
         """The log of the run, an MCAP file."""
-        return self.path
+        return super().log
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -36,7 +36,7 @@ class Compared:
 def comparison_page(compared: Sequence[Compared]) -> Page:
     """Return the page without its drawn pictures, for two or more runs that have motion."""
     labels = [each.label for each in compared]
-    names = " ".join(each.run.path.name for each in compared)
+    names = " ".join(each.run.log.name for each in compared)
     return Page(
         title=", ".join(labels[:-1]) + f" and {labels[-1]}",
         lead=f"A comparison of {len(compared)} runs.",

@@ -183,7 +183,7 @@ def _latencies(runs: Sequence[Labelled]) -> list[Steps | None]:
     """Return the distribution of the latency of delivered frames, ms, for each run."""
     found = []
     for _, run in runs:
-        tables = [table["latency_ns"] for table in read_frames(run.path)]
+        tables = [table["latency_ns"] for table in read_frames(run.log)]
         latency = np.concatenate([np.zeros(0, np.int64), *(t[t >= 0] for t in tables)])
         found.append(steps(latency * 1e-6))
     return found

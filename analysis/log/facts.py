@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.records import LogError, Pass
 from zenvoy.bus.log_format import EFFECTIVE
-from zenvoy.bus.log_metadata import RESULT, RUN, RunMetadata, read_result, read_run
+from zenvoy.bus.log_metadata import NOTES, RESULT, RUN, RunMetadata, read_result, read_run
 from zenvoy.scenarios import Scenario
 
 _UNKNOWN: Final = "unknown"
@@ -114,5 +114,10 @@ def printable(text: str) -> str:
 
 
 def printable_values(metadata: Mapping[str, str]) -> dict[str, str]:
-    """Return metadata with printable names and values."""
-    return {printable(key): printable(value) for key, value in metadata.items()}
+    """Return metadata with printable names and values; the notes keep their lines."""
+    return {
+        printable(key): "\n".join(printable(line) for line in value.split("\n"))
+        if key == NOTES
+        else printable(value)
+        for key, value in metadata.items()
+    }

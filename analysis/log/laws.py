@@ -77,12 +77,7 @@ def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> 
     if "logged" not in table:
         return {}
     logged = table.pop("logged")
-    names = {
-        f"{law.name}.{column.name}": column.unit
-        for mode, law in sorted(laws.items())
-        for column in law.columns
-        if mode >= pb.MODE_OWN
-    }
+    names = units_of(laws)
     if logged.shape[1] != len(names) * vehicles and (names or logged.size) and len(logged):
         raise ValueError(
             f"logged has {logged.shape[1]} numbers in a message, not {len(names)} times {vehicles}"
@@ -90,6 +85,16 @@ def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> 
     for number, name in enumerate(names):
         table[name] = logged[:, number * vehicles : (number + 1) * vehicles]
     return names
+
+
+def units_of(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
+    """Return the units of the values that laws log, by column, in the order of the log."""
+    return {
+        f"{law.name}.{column.name}": column.unit
+        for mode, law in sorted(laws.items())
+        for column in law.columns
+        if mode >= pb.MODE_OWN
+    }
 
 
 def _of_library(law: Law) -> LoggedLaw:

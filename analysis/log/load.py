@@ -14,14 +14,16 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.columns import Table
-from zenvoy.analysis.log.laws import LoggedLaw, laws_in
+from zenvoy.analysis.log.facts import Facts
+from zenvoy.analysis.log.laws import LoggedLaw, laws_in, own_laws_in, units_of
 from zenvoy.analysis.log.notes import notes_of
 from zenvoy.analysis.log.reading import TABLES, read
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.log.units import UNITS
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_metadata import RunMetadata, simulated_s
 from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, RADAR, TRUTH
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, own_laws
 
 # Types of /v2v/frames in memory. There are at most 10,000 vehicles and 256 outcomes.
 _FRAME_TYPES: Final = {
@@ -39,7 +41,7 @@ _FRAME_TYPES: Final = {
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run:
-    """A run, as its log records it.
+    """A run, as its log records it, or would record it: `in_memory` makes one without a log.
 
     Fleet tables hold columns (rows, vehicles) by their field names in messages.proto, and `cycle`
     and `time_ns`, (rows,). A column that was not logged is (rows, 0), and a table that was not
@@ -51,7 +53,8 @@ class Run:
     of the decision, t_k + v2v_wait, but the estimates `speed`, `ahead_gap`, … are for t_k.
     """
 
-    path: Path
+    path: Path | None
+    """Path of its log; None for a run that was not logged."""
     name: str
     """Name of the scenario."""
     seed: int
@@ -80,7 +83,8 @@ class Run:
     """Number of rows of `frames`, known without reading them."""
 
     def __repr__(self) -> str:
-        return f"<Run {self.name}, seed {self.seed}, {self.vehicles} vehicles, {self.path}>"
+        where = self.path or "not logged"
+        return f"<Run {self.name}, seed {self.seed}, {self.vehicles} vehicles, {where}>"
 
     def __getitem__(self, topic: str) -> Table:
         """Return the table of a topic by its name in the log; raises KeyError, also for /events."""
@@ -88,6 +92,13 @@ class Run:
         if topic == FRAMES.log_name:
             return self.frames
         return dict(zip(TABLES, tables, strict=True))[topic]
+
+    @property
+    def log(self) -> Path:
+        """Path of its log; raises LogError for a run that was not logged."""
+        if self.path is None:
+            raise LogError(f"{self.name}, seed {self.seed}: was not logged; its frames need a log")
+        return self.path
 
     @property
     def fingerprint(self) -> str | None:
@@ -118,9 +129,10 @@ class Run:
         Columns are those of messages.proto, (rows,), and `cycle`; sent_ns is the cycle's start.
         Raises LogError.
         """
+        messages = read_frames(self.log)
         table: Table = {name: np.empty(self.frame_rows, of) for name, of in _FRAME_TYPES.items()}
         at = 0
-        for message in read_frames(self.path):
+        for message in messages:
             end = at + len(message["source"])
             if end > self.frame_rows:  # the run is still being logged
                 break
@@ -128,7 +140,7 @@ class Run:
                 column[at:end] = message[name]
             at = end
         if at != self.frame_rows:
-            raise LogError(f"{self.path}: has changed since it was loaded")
+            raise LogError(f"{self.log}: has changed since it was loaded")
         return table
 
     @cached_property
@@ -139,7 +151,7 @@ class Run:
         """
         rows = [np.zeros((0, self.vehicles))]
         if self.scenario.channel.medium.access != "none":
-            for message in read_frames(self.path):
+            for message in read_frames(self.log):
                 rows.append(message["busy_ratio"].reshape(-1, self.vehicles))
         return np.concatenate(rows).astype(np.float64)
 
@@ -170,4 +182,56 @@ def load(path: str | Path) -> Run:
         frame_rows=reading.frame_rows,
         laws=reading.laws,
         units=UNITS | {ESTIMATE.log_name: UNITS[ESTIMATE.log_name] | reading.law_units},
+    )
+
+
+def in_memory(
+    scenario: Scenario,
+    metadata: RunMetadata,
+    *,
+    end: str,
+    tables: Mapping[str, Table],
+    events: list[pb.Event],
+) -> Run:
+    """Return a run that was not logged.
+
+    `tables` holds truth, radar, estimate and command by topic, each with `cycle`, `time_ns` and
+    those columns that are known. Such a run has no fingerprint, no wall time and no frames.
+    """
+    truth = tables[TRUTH.log_name]
+    described = own_laws(scenario)
+    laws = laws_in(described)
+    facts = Facts(
+        run=metadata.written(),
+        result={
+            "end": end,
+            "cycles": str(truth["cycle"][-1]),
+            "simulated_s": simulated_s(int(truth["time_ns"][-1])),
+        },
+        repair={},
+        laws=own_laws_in(laws),
+        scenario=scenario,
+        counts={},
+        whole=True,
+        read_cycles=len(truth["cycle"]),
+        checks=(),
+    )
+    return Run(
+        path=None,
+        name=metadata.scenario,
+        seed=scenario.seed,
+        run=facts.run,
+        result=facts.result,
+        scenario=scenario,
+        checks=(),
+        notes=notes_of(facts, truth, events),
+        truth=truth,
+        radar=tables[RADAR.log_name],
+        estimate=tables[ESTIMATE.log_name],
+        command=tables[FLEET_COMMAND.log_name],
+        clock={},
+        events=events,
+        frame_rows=0,
+        laws=laws,
+        units=UNITS | {ESTIMATE.log_name: UNITS[ESTIMATE.log_name] | units_of(laws)},
     )

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.facts import Facts
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_metadata import NOTES
 
 _ASKED = "asked to end"  # text of the event after a signal, or when a process was lost
 _MAX_NOTES, _MAX_NOTE_LENGTH = 100, 1_000  # notes on the scenario that are shown, characters each
@@ -32,7 +33,7 @@ def notes_of(facts: Facts, truth: Table, events: Sequence[pb.Event]) -> tuple[st
         notes.append(early)
     if not truth or len(truth["time_ns"]) < 2:
         notes.append("no cycle was logged")
-    of_scenario = facts.run.get("notes", "").splitlines()[:_MAX_NOTES]
+    of_scenario = facts.run.get(NOTES, "").splitlines()[:_MAX_NOTES]
     return (*notes, *(f"the scenario: {note[:_MAX_NOTE_LENGTH]}" for note in of_scenario))
 
 

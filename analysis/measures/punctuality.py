@@ -101,7 +101,7 @@ def missed_decisions(run: Run) -> tuple[int, int]:
     """
     deadline_ns = run.scenario.v2v_wait_ns or run.scenario.period_ns
     missed = met = 0
-    for frames in read_frames(run.path):
+    for frames in read_frames(run.log):
         due = (frames["latency_ns"] >= 0) & (frames["latency_ns"] <= deadline_ns)
         missed += int((due & (frames["outcome"] == pb.OUTCOME_LATE)).sum())
         met += int((due & (frames["outcome"] == pb.OUTCOME_DELIVERED)).sum())
@@ -111,9 +111,9 @@ def missed_decisions(run: Run) -> tuple[int, int]:
 def _rows(run: Run) -> list[Table]:
     codec = PackedCodec(pb.RealTime.DESCRIPTOR)
     rows = []
-    for topic, payload in messages(run.path, [REALTIME.log_name]):
+    for topic, payload in messages(run.log, [REALTIME.log_name]):
         try:
             rows.append(codec.decode(payload))
         except ValueError as error:
-            raise LogError(f"{run.path}: {topic}: {error}") from error
+            raise LogError(f"{run.log}: {topic}: {error}") from error
     return rows

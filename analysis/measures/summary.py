@@ -32,14 +32,17 @@ def summarize(path: Path) -> Summary:
 
 
 def summary_of(run: Run) -> Summary:
-    """Return the summary of a loaded run; raises LogError where its frames cannot be read."""
+    """Return the summary of a run; raises LogError where its frames cannot be read.
+
+    Its frames and its wall time are None where it was not logged.
+    """
     summary = _result(run)
     if run.truth:
         summary |= _distances(run)
         summary |= _agreement(run)
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = fallbacks(run.events, run.scenario)
-    summary["frames"] = _frames(run.path)
+    summary["frames"] = None if run.path is None else _frames(run.path)
     if run.scenario.clock == "realtime":
         summary["real_time"] = _real_time(run)
     return summary
@@ -51,6 +54,7 @@ def _result(run: Run) -> Summary:
     last = {name: column[-1] for name, column in run.clock.items()}
     cycles, time_ns, wall_ns = (int(last.get(name, 0)) for name in ("cycle", "time_ns", "wall_ns"))
     real_time_factor = float(last.get("real_time_factor", 0.0))
+    timed = run.path is not None
     return {
         "scenario": run.name,
         "seed": run.seed,
@@ -61,8 +65,10 @@ def _result(run: Run) -> Summary:
         "fingerprint": run.fingerprint,
         "cycles": int(result.get("cycles", cycles)),
         "simulated_s": float(result.get("simulated_s", time_ns * 1e-9)),
-        "wall_s": float(result.get("wall_s", wall_ns * 1e-9)),
-        "real_time_factor": float(result.get("real_time_factor", real_time_factor)),
+        "wall_s": float(result.get("wall_s", wall_ns * 1e-9)) if timed else None,
+        "real_time_factor": float(result.get("real_time_factor", real_time_factor))
+        if timed
+        else None,
     }
 
 

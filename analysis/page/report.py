@@ -30,7 +30,7 @@ def report_page(run: Run, sections: tuple[Section, ...]) -> Page:
         notes=tuple(map(sentence, run.notes)),
         sections=sections,
         folded=(("The scenario with all its values", effective_yaml(run.scenario)),),
-        made=(made_by(f"zenvoy analyze {run.path.name}"),),
+        made=(made_by(f"zenvoy analyze {run.log.name}"),),
     )
 
 

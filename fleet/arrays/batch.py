@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.fleet.arrays.deliveries import Deliveries
-from zenvoy.fleet.arrays.estimates import Columns, estimates
+from zenvoy.fleet.arrays.estimates import Estimates
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
 from zenvoy.vehicles.arrays.decisions import Decisions
@@ -25,8 +25,8 @@ class Cycle(NamedTuple):
 
     truth: position (m), speed (m/s), mean acceleration (m/s²) at its start. collided: run and
     index of those who have just run into the vehicle ahead. readings and decisions are None after
-    the last cycle, which only moves the truth to the end. estimates: columns of /fleet/estimate, in
-    a `whole` batch.
+    the last cycle, which only moves the truth to the end. estimates: columns of /fleet/estimate, of
+    which some are those of every vehicle in a `whole` batch only.
     """
 
     number: int
@@ -36,7 +36,7 @@ class Cycle(NamedTuple):
     collided: list[tuple[int, int]]
     readings: Readings | None
     decisions: Decisions | None
-    estimates: Columns | None = None
+    estimates: Estimates | None = None
 
 
 class Batch:
@@ -85,5 +85,5 @@ class Batch:
             decisions = vehicles.decide(self._whole)
             commands = decisions.acceleration.reshape(shape)
             fleet.command_all(number * period_ns + effect_ns, commands)
-            columns = estimates(vehicles, decisions) if self._whole else None
-            yield Cycle(number, *truth, collided, readings, decisions, columns)
+            estimates = Estimates(vehicles, decisions)
+            yield Cycle(number, *truth, collided, readings, decisions, estimates)

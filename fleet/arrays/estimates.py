@@ -2,65 +2,139 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, Final
+
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.vehicles.arrays.covariances import Covariances
 from zenvoy.vehicles.arrays.decisions import Decisions, Known
 from zenvoy.vehicles.arrays.filters import LinkFilters
 from zenvoy.vehicles.arrays.vehicles import Vehicles
 
-Array = NDArray[np.float64] | NDArray[np.int64]
-Columns = dict[str, Array]
+Array = NDArray[Any]
 
 
-def estimates(vehicles: Vehicles, decisions: Decisions) -> Columns:
-    """Return the columns of /fleet/estimate for all vehicles of a batch, as `FleetEstimate`.
+class Estimates:
+    """The columns of /fleet/estimate for all vehicles of a batch, (runs · n,), by name.
 
-    What a vehicle does not estimate is NaN.
+    A column is put together when it is first asked for, which must be in its own cycle. What a
+    vehicle does not estimate is NaN.
     """
-    period_ns, cycle = vehicles.timing.period_ns, vehicles.cycle
-    heard = vehicles.links.behind[0].cycle
-    columns: Columns = {
-        "mode": decisions.mode,
-        "age_ns": np.where(heard < 0, -1, (cycle - heard) * period_ns),
-    }
-    known, predicted = vehicles.estimators, vehicles.predicted
-    if known is None or predicted is None:
-        return columns | _nothing(len(heard))
-    does = vehicles.estimates
-    assert known.speed.v is not None
-    columns["speed"] = _of(does, known.speed.v)
-    columns["speed_std"] = _of(does, known.speed.covariances.std()[0])
-    columns["predicted_speed"] = _of(does, predicted.speed)
-    columns |= _link("ahead", known.link_ahead, predicted.ahead, does, period_ns)
-    columns |= _link("behind", known.link_behind, predicted.behind, does, period_ns)
-    return columns
+
+    def __init__(self, vehicles: Vehicles, decisions: Decisions) -> None:
+        self.vehicles, self.decisions = vehicles, decisions
+        self._found: dict[str, Array] = {}
+        self._stds: dict[int, Array] = {}
+
+    def __getitem__(self, name: str) -> Array:
+        found = self._found.get(name)
+        if found is None:
+            found = self._found[name] = _COLUMNS[name](self)
+        return found
+
+    @property
+    def speed(self) -> Array:
+        """Own speeds at the cycle's start, m/s."""
+        known = self.vehicles.estimators
+        return self._of_estimating(None if known is None else known.speed.v)
+
+    @property
+    def speed_std(self) -> Array:
+        """Standard deviation of `speed`, m/s."""
+        known = self.vehicles.estimators
+        return self._of_estimating(None if known is None else self.std(known.speed.covariances)[0])
+
+    @property
+    def predicted_speed(self) -> Array:
+        """Own speeds at the effect of the commands, m/s."""
+        predicted = self.vehicles.predicted
+        return self._of_estimating(None if predicted is None else predicted.speed)
+
+    @property
+    def age_ns(self) -> Array:
+        """Age of the data of the vehicle behind; -1: none yet."""
+        heard = self.vehicles.links.behind[0].cycle
+        since = self.vehicles.cycle - heard
+        return np.where(heard < 0, -1, since * self.vehicles.timing.period_ns)
+
+    def link(self, side: str) -> tuple[LinkFilters, Known] | None:
+        """Filters of the link to the vehicle `ahead` or `behind`, and what they predict."""
+        known, predicted = self.vehicles.estimators, self.vehicles.predicted
+        if known is None or predicted is None:
+            return None
+        if side == "ahead":
+            return known.link_ahead, predicted.ahead
+        return known.link_behind, predicted.behind
+
+    def of_link(self, side: str, column: Callable[[LinkFilters, Known], Array]) -> Array:
+        """Return a column of a link; NaN where it was not measured yet."""
+        found = self.link(side)
+        if found is None:
+            return self._filled(np.nan)
+        return np.where(self._measured(found[0]), column(*found), np.nan)
+
+    def measured_ns(self, side: str) -> Array:
+        """Time of the newest reading in the estimate of a link; -1: none yet."""
+        found = self.link(side)
+        if found is None:
+            return self._filled(-1)
+        link, _ = found
+        return np.where(self._measured(link), link.measured * self.vehicles.timing.period_ns, -1)
+
+    def std(self, covariances: Covariances) -> Array:
+        """Standard deviations of states, put together once."""
+        found = self._stds.get(id(covariances))
+        if found is None:
+            found = self._stds[id(covariances)] = covariances.std()
+        return found
+
+    def _measured(self, link: LinkFilters) -> Array:
+        return self.vehicles.estimates & (link.measured >= 0)
+
+    def _of_estimating(self, values: Array | None) -> Array:
+        does = self.vehicles.estimates
+        return self._filled(np.nan) if values is None else np.where(does, values, np.nan)
+
+    def _filled(self, value: float) -> Array:
+        return np.full(len(self.vehicles.estimates), value)
 
 
-def _link(
-    side: str, link: LinkFilters, predicted: Known, does: NDArray[np.bool_], period_ns: int
-) -> Columns:
-    measured = does & (link.measured >= 0)
-    gap_std, speed_std = link.covariances.std()
-    return {
-        f"{side}_gap": _of(measured, link.p),
-        f"{side}_speed": _of(measured, link.v),
-        f"{side}_gap_std": _of(measured, gap_std),
-        f"{side}_speed_std": _of(measured, speed_std),
-        f"{side}_predicted_gap": _of(measured, predicted.state.p),
-        f"{side}_predicted_speed": _of(measured, predicted.state.v),
-        f"{side}_measured_ns": np.where(measured, link.measured * period_ns, -1),
-    }
+_OF_LINK: Final[dict[str, Callable[[Estimates, str], Array]]] = {
+    "gap": lambda of, side: of.of_link(side, lambda link, _: link.p),
+    "speed": lambda of, side: of.of_link(side, lambda link, _: link.v),
+    "gap_std": lambda of, side: of.of_link(side, lambda link, _: of.std(link.covariances)[0]),
+    "speed_std": lambda of, side: of.of_link(side, lambda link, _: of.std(link.covariances)[1]),
+    "predicted_gap": lambda of, side: of.of_link(side, lambda _, known: known.state.p),
+    "predicted_speed": lambda of, side: of.of_link(side, lambda _, known: known.state.v),
+    "measured_ns": lambda of, side: of.measured_ns(side),
+}
 
 
-def _nothing(count: int) -> Columns:
-    nan, never = np.full(count, np.nan), np.full(count, -1, dtype=np.int64)
-    names = ("gap", "speed", "gap_std", "speed_std", "predicted_gap", "predicted_speed")
-    columns: Columns = dict.fromkeys(("speed", "speed_std", "predicted_speed"), nan)
-    for side in ("ahead", "behind"):
-        columns |= {f"{side}_{name}": nan for name in names} | {f"{side}_measured_ns": never}
-    return columns
+def _on(side: str, column: Callable[[Estimates, str], Array]) -> Callable[[Estimates], Array]:
+    return lambda of: column(of, side)
 
 
-def _of(mask: NDArray[np.bool_], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.where(mask, values, np.nan)
+_COLUMNS: Final[dict[str, Callable[[Estimates], Array]]] = {
+    "mode": lambda of: of.decisions.mode,
+    "neighbours": lambda of: of.decisions.neighbours,
+    "age_ns": lambda of: of.age_ns,
+    "speed": lambda of: of.speed,
+    "speed_std": lambda of: of.speed_std,
+    "predicted_speed": lambda of: of.predicted_speed,
+    **{
+        f"{side}_{name}": _on(side, column)
+        for side in ("ahead", "behind")
+        for name, column in _OF_LINK.items()
+    },
+}
+
+NEIGHBOURS: Final = "neighbours"
+"""The column that only fleets with MBCM have."""
+
+ESTIMATES: Final = tuple(name for name in _COLUMNS if name != NEIGHBOURS)
+"""The columns that every fleet has, as in `FleetEstimate`."""
+
+OF_WHOLE: Final = frozenset({"age_ns", *(name for name in ESTIMATES if "predicted" in name)})
+"""What only a `whole` batch knows of every vehicle, for not every decision needs it."""

@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
-from typing import Final
 
-import numpy as np
-
-from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Log
 from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, FRAMES
 from zenvoy.channel.agent import frame_table
 from zenvoy.channel.transmission import Transmission
 from zenvoy.fleet.arrays.batch import Batch, Cycle
-from zenvoy.laws import law_of
+from zenvoy.fleet.arrays.columns import estimate_columns, logged_columns
+from zenvoy.fleet.arrays.happenings import Happenings
 from zenvoy.links.rows import Scene
-from zenvoy.scenarios import modes, roster
+from zenvoy.scenarios import roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
-from zenvoy.world.chronicle import Chronicle
-from zenvoy.world.lock_step import lookahead
 from zenvoy.world.rows import radar_row, row_of, truth_row
 from zenvoy.world.sensors import Readings
-
-_FALLS_BACK: Final = pb.MODE_FALLBACK_FM
 
 
 class RunLog:
@@ -38,17 +30,10 @@ class RunLog:
         self._run, self._size = run, size
         self._transmission = Transmission(scenario)
         self._beaconing = Beaconing(scenario, roster(scenario))
-        self._chronicle = Chronicle(scenario)
-        self._lookahead = lookahead(scenario)
-        self._past: deque[tuple[list[Envelope], list[pb.Command]]] = deque()
-        self._fallen_back = np.zeros(size, dtype=np.bool_)
-        self._columns = {
-            mode: len(law_of(model).columns)
-            for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
-        }
-        self._counts_neighbours = any(
-            law_of(model).needs.sides for one in roster(scenario) for model in one.models
-        )
+        self._happenings = Happenings(scenario, 1)
+        self._past: deque[list[Envelope]] = deque()
+        self._estimates = estimate_columns(scenario)
+        self._logged = [column for _, column in logged_columns(scenario)]
         self.stopped = False
         """Whether a collision has ended the run."""
 
@@ -73,73 +58,51 @@ class RunLog:
             rows.append(radar_row(cycle.number, time_ns, readings, acceleration))
         self._write(time_ns, rows, collided)
         if self.stopped:
-            self._say(self._chronicle.stop(time_ns, "collision"))
-        elif cycle.readings is None:
+            return
+        if cycle.readings is None:
             while self._past:
-                self._write(time_ns, [], [])
+                self._write(time_ns, [], [], over=True)
         else:
             self._past.append(self._rows(cycle))
 
-    def _write(self, time_ns: int, rows: list[Envelope], collided: list[int]) -> None:
+    def _write(
+        self, time_ns: int, rows: list[Envelope], collided: list[int], *, over: bool = False
+    ) -> None:
         """Log a step of the world: what has ended by then, what begins, and events."""
         ended: list[Envelope] = []
-        commands: list[pb.Command] = []
-        if len(self._past) > self._lookahead or not rows:
-            ended, commands = self._past.popleft()
-        for envelope in (*ended, *rows, *self._chronicle.write(time_ns, commands, collided)):
+        if over or len(self._past) > self._happenings.lookahead:
+            ended = self._past.popleft()
+        found = self._happenings.step(time_ns, [(0, index) for index in collided], over=over)
+        for envelope in (*ended, *rows, *found.get(0, ())):
             self._say(envelope)
 
     def _say(self, envelope: Envelope) -> None:
         self._log(envelope.topic, envelope.time_ns, envelope.payload)
 
-    def _rows(self, cycle: Cycle) -> tuple[list[Envelope], list[pb.Command]]:
-        """The rows about a cycle that are logged when it has ended, and news of fallbacks."""
+    def _rows(self, cycle: Cycle) -> list[Envelope]:
+        """The rows about a cycle that are logged when it has ended."""
         scenario, part, decisions = self._scenario, self._part, cycle.decisions
         assert decisions is not None
-        assert cycle.estimates is not None
         time_ns = cycle.number * scenario.period_ns
         decided_ns = time_ns + scenario.v2v_wait_ns
-        columns = {name: values[part].tolist() for name, values in cycle.estimates.items()}
-        if self._counts_neighbours:
-            columns["neighbours"] = decisions.neighbours[part].tolist()
-        columns["logged"] = list(self._logged(cycle))
+        columns = {name: column(cycle)[part].tolist() for name, column in self._estimates.items()}
+        columns["logged"] = [
+            value for column in self._logged for value in column(cycle)[part].tolist()
+        ]
         effective_ns = decided_ns + scenario.system_delay_ns
         commands = {
             "acceleration": decisions.acceleration[part].tolist(),
             "effective_ns": [effective_ns] * self._size,
         }
-        rows = [
+        self._happenings.decide(decisions.mode[part], decided_ns)
+        return [
             Envelope(FRAMES, 0, self._frames(cycle, time_ns), time_ns),
             row_of(ESTIMATE, cycle.number, decided_ns, columns),
             row_of(FLEET_COMMAND, cycle.number, decided_ns, commands),
         ]
-        return rows, self._changed(columns["mode"], decided_ns)
 
     def _frames(self, cycle: Cycle, time_ns: int) -> bytes:
         speaks, sequence = self._beaconing.at(cycle.number)
         position = cycle.position[self._part]
         scene = Scene(cycle.number, time_ns, position, self._scenario.ring_length_m)
         return frame_table(scene, self._transmission.of(speaks, sequence, scene))
-
-    def _logged(self, cycle: Cycle) -> Iterator[float]:
-        """What laws log, column by column; NaN where a vehicle is under another law."""
-        assert cycle.decisions is not None
-        mode, logged = cycle.decisions.mode[self._part], cycle.decisions.logged
-        for number, count in self._columns.items():
-            for index in range(count):
-                found = logged.get(number)
-                if found is None:
-                    yield from [np.nan] * self._size
-                else:
-                    values = found[index][self._part]
-                    yield from np.where(mode == number, values, np.nan).tolist()
-
-    def _changed(self, mode: list[int], decided_ns: int) -> list[pb.Command]:
-        """Commands of those alone who begin or cease to fall back."""
-        falls = np.array(mode) == _FALLS_BACK
-        changed = np.flatnonzero(falls != self._fallen_back)
-        self._fallen_back = falls
-        return [
-            pb.Command(vehicle=index + 1, mode=pb.Mode.ValueType(mode[index]), time_ns=decided_ns)
-            for index in changed.tolist()
-        ]

@@ -127,7 +127,7 @@ def test_a_chunk_of_another_opcode_is_missed(path: Path, content: bytes, whole: 
     assert "are missing" in text
     assert f"read up to {run.time_s[-1]:g} s only" in text
     assert run.fingerprint is None
-    facts = read_facts(run.path)
+    facts = read_facts(run.log)
     assert facts.counts["/fleet/truth"] < 31
     assert set(facts.faults) <= set(run.notes)
 

@@ -141,7 +141,7 @@ def test_parquet_has_types_and_units(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize("form", ["parquet", "csv"])
 def test_a_run_without_a_cycle_gives_files_without_a_row(tmp_path: Path, form: Form) -> None:
     short = load(write_log(tmp_path / "short.mcap", SCENARIO, until_cycle=0))
-    short = load(cut_before_messages(short.path))
+    short = load(cut_before_messages(short.log))
     assert short.truth == {}
     export(short, tmp_path / "x", form)
     whole = load(write_log(tmp_path / "whole.mcap", SCENARIO))

@@ -75,7 +75,7 @@ def check(section: Section) -> None:
 def test_says_of_distances_what_the_summary_says(ring: Run) -> None:
     section = motion_section(ring)
     check(section)
-    summary = summarize(ring.path)
+    summary = summarize(ring.log)
     rows = {row[0]: row for row in section.sheets[0].rows}
     assert rows.keys() == {"before braking", "dip", "end"}
     for name, distance in summary["distance_m"].items():
@@ -102,7 +102,7 @@ def test_snapshots_are_those_of_the_run(ring: Run) -> None:
     assert [row[0] for row in section.sheets[1].rows] == [12.0, 13.0, 14.0, 17.0, 22.0]
     assert section.sheets[1].title == "Speeds at instants from the first disturbance on"
     assert section.notes == ()
-    assert summarize(ring.path)["speed_spread_at_100_s_mps"] is None
+    assert summarize(ring.log)["speed_spread_at_100_s_mps"] is None
 
 
 def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:

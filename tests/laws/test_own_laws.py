@@ -122,7 +122,7 @@ def test_processes_and_one_process_give_the_same_bits(
 def test_log_and_report_name_the_laws_without_their_code(laws: Path, mixed: Run) -> None:
     (laws / "idm.py").unlink()
     (laws / "rich.py").unlink()
-    run = load(mixed.path)
+    run = load(mixed.log)
     own = {law.name: law for mode, law in run.laws.items() if mode >= pb.MODE_OWN}
     assert set(own) == {"IDM", "Rich"}
     assert own["IDM"].colour == "#CC79A7"

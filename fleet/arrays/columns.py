@@ -1,0 +1,95 @@
+"""The columns of a log's tables in a cycle of a batch, by topic and name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, RADAR, TRUTH
+from zenvoy.fleet.arrays.batch import Cycle
+from zenvoy.fleet.arrays.estimates import ESTIMATES, NEIGHBOURS, OF_WHOLE
+from zenvoy.laws import law_of
+from zenvoy.scenarios import Scenario, modes, roster
+from zenvoy.vehicles.arrays.decisions import Decisions
+from zenvoy.vehicles.arrays.vehicles import Readings
+
+Array = NDArray[Any]
+Column = Callable[[Cycle], Array]
+"""Returns a column for all vehicles of a batch, (runs · n,), in a cycle that has it."""
+
+_TRUTH: Final[dict[str, Column]] = {
+    "position": lambda cycle: cycle.position,
+    "speed": lambda cycle: cycle.speed,
+    "acceleration": lambda cycle: cycle.acceleration,
+}
+
+
+def columns_of(scenario: Scenario) -> dict[str, dict[str, Column]]:
+    """Return the columns that the logs of runs of a scenario have, but for cycle and time."""
+    return {
+        TRUTH.log_name: dict(_TRUTH),
+        RADAR.log_name: {name: partial(_read, name) for name in Readings._fields},
+        ESTIMATE.log_name: {**estimate_columns(scenario), **dict(logged_columns(scenario))},
+        FLEET_COMMAND.log_name: {
+            "acceleration": _commanded,
+            "effective_ns": partial(_effective_ns, scenario),
+        },
+    }
+
+
+def estimate_columns(scenario: Scenario) -> dict[str, Column]:
+    """Return the columns of /fleet/estimate but for what laws log."""
+    names = list(ESTIMATES)
+    if any(law_of(model).needs.sides for one in roster(scenario) for model in one.models):
+        names.append(NEIGHBOURS)
+    return {name: partial(_estimated, name) for name in names}
+
+
+def logged_columns(scenario: Scenario) -> list[tuple[str, Column]]:
+    """Return name and column of each value that laws log, in their order: `IDM.desired_gap`."""
+    return [
+        (f"{law_of(model).name}.{column.name}", partial(_logged, mode, index))
+        for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
+        for index, column in enumerate(law_of(model).columns)
+    ]
+
+
+def needs_whole(topic: str, name: str) -> bool:
+    """Whether only a `whole` batch knows a column of every vehicle."""
+    return topic == ESTIMATE.log_name and name in OF_WHOLE
+
+
+def _read(name: str, cycle: Cycle) -> Array:
+    values: Array = getattr(cycle.readings, name)
+    return values
+
+
+def _estimated(name: str, cycle: Cycle) -> Array:
+    assert cycle.estimates is not None
+    return cycle.estimates[name]
+
+
+def _commanded(cycle: Cycle) -> Array:
+    return _decisions(cycle).acceleration
+
+
+def _effective_ns(scenario: Scenario, cycle: Cycle) -> Array:
+    decided_ns = cycle.number * scenario.period_ns + scenario.v2v_wait_ns
+    return np.full(len(cycle.position), decided_ns + scenario.system_delay_ns)
+
+
+def _logged(number: int, index: int, cycle: Cycle) -> Array:
+    mode, logged = _decisions(cycle).mode, _decisions(cycle).logged
+    values = logged.get(number)
+    if values is None:
+        return np.full(len(mode), np.nan)
+    return np.where(mode == number, values[index], np.nan)
+
+
+def _decisions(cycle: Cycle) -> Decisions:
+    assert cycle.decisions is not None
+    return cycle.decisions

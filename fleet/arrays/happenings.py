@@ -1,0 +1,84 @@
+"""The events of runs side by side: what their logs say under `/events`, and when."""
+
+from __future__ import annotations
+
+from collections import defaultdict, deque
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.agent import Envelope
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.arrays.rows import Ints
+from zenvoy.world.chronicle import Chronicle
+from zenvoy.world.lock_step import lookahead
+
+_FALLS_BACK: Final = pb.MODE_FALLBACK_FM
+
+
+class Happenings:
+    """Entries of the logs of `runs` runs of a scenario, for each step of the world.
+
+    A run costs time only in a step in which something happens in it.
+    """
+
+    def __init__(self, scenario: Scenario, runs: int) -> None:
+        self.lookahead = lookahead(scenario)
+        """By how many cycles the world is ahead of the decisions that it knows of."""
+        self._size = scenario.fleet.size
+        self._stops = scenario.on_collision == "stop"
+        self._going = {run: Chronicle(scenario) for run in range(runs)}
+        self._fallen_back = np.zeros(runs * self._size, dtype=np.bool_)
+        self._past: deque[dict[int, list[pb.Command]]] = deque()
+        self.stopped: dict[int, int] = {}
+        """Runs that a collision has ended, and when, ns."""
+
+    @property
+    def all_stopped(self) -> bool:
+        """Whether no run goes on."""
+        return not self._going
+
+    def decide(self, mode: Ints, decided_ns: int) -> None:
+        """Take in the modes of a cycle's decisions, (runs · n,); a later step tells of them."""
+        falls = mode == _FALLS_BACK
+        news: dict[int, list[pb.Command]] = defaultdict(list)
+        for member in np.flatnonzero(falls != self._fallen_back).tolist():
+            run, index = divmod(member, self._size)
+            now = pb.Mode.ValueType(int(mode[member]))
+            news[run].append(pb.Command(vehicle=index + 1, mode=now, time_ns=decided_ns))
+        self._fallen_back = falls
+        self._past.append(news)
+
+    def step(
+        self, time_ns: int, collided: Sequence[tuple[int, int]], *, over: bool = False
+    ) -> dict[int, list[Envelope]]:
+        """Return by run what a step of the world adds to `/events`.
+
+        The step tells of the oldest decisions that no step has told of, if the world knows of them
+        by then. collided: run and index of vehicles that have run into the one ahead. over: whether
+        the run has ended, so that only decisions are left to tell of.
+        """
+        knows = over or len(self._past) > self.lookahead
+        news = self._past.popleft() if knows and self._past else {}
+        fallen: dict[int, list[int]] = defaultdict(list)
+        for run, index in collided:
+            fallen[run].append(index)
+        touched = {*news, *fallen} & self._going.keys()
+        if self._is_due(time_ns):
+            touched = set(self._going)
+        found = {}
+        for run in sorted(touched):
+            indices = fallen.get(run, [])
+            found[run] = self._going[run].write(time_ns, news.get(run, ()), indices)
+            if indices and self._stops:
+                found[run].append(self._going.pop(run).stop(time_ns, "collision"))
+                self.stopped[run] = time_ns
+        return found
+
+    def _is_due(self, time_ns: int) -> bool:
+        """Whether something is scheduled by now; the schedule is that of all runs."""
+        going = next(iter(self._going.values()), None)
+        due_ns = None if going is None else going.due_ns
+        return due_ns is not None and due_ns <= time_ns

@@ -1,0 +1,175 @@
+"""Runs on arrays as values for the analysis, without a log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from zenvoy.analysis.log.columns import Table
+from zenvoy.analysis.log.load import Run, in_memory
+from zenvoy.analysis.log.reading import TABLES
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, RADAR, TRUTH
+from zenvoy.fleet.arrays.batch import Batch, Cycle
+from zenvoy.fleet.arrays.columns import Array, Column, columns_of, needs_whole
+from zenvoy.fleet.arrays.happenings import Happenings
+from zenvoy.fleet.labels import metadata_without_log
+from zenvoy.scenarios import Loaded, Scenario
+
+Wanted = Mapping[str, Sequence[str]]
+"""Columns by topic: `{"/fleet/truth": ["position", "speed"]}`."""
+
+Columns = dict[str, dict[str, Column]]
+
+LIMIT_BYTES: Final = 256 << 20
+"""Memory for the columns of a batch; docs/arrays.md gives the figure."""
+
+_DTYPES: Final = {
+    topic: codec.fields() for topic, codec in TABLES.items() if topic != CLOCK.log_name
+}
+
+
+def run_batch(
+    runs: Sequence[Loaded], wanted: Wanted, *, limit_bytes: int = LIMIT_BYTES
+) -> Iterator[Run]:
+    """Yield the runs of scenarios that differ in nothing but their seed, in their order.
+
+    Their tables have `cycle`, `time_ns` and the columns that are wanted, bit by bit as a log of the
+    in-process bus has them; their events, too. At most `limit_bytes` are held at a time: what is
+    wanted is split into batches, and a batch is freed when none of its runs is used any more.
+
+    Raises ValueError for a column that these runs do not have, and LawError where a law fails.
+    """
+    scenario = runs[0].scenario
+    columns = _wanted([loaded.scenario for loaded in runs], wanted)
+    most = max(1, limit_bytes // bytes_of_run(scenario, wanted))
+    count = math.ceil(len(runs) / most)
+    for part in range(count):
+        some = runs[part * len(runs) // count : (part + 1) * len(runs) // count]
+        yield from _one_batch(some, columns)
+
+
+def bytes_of_run(scenario: Scenario, wanted: Wanted) -> int:
+    """Return the memory that the wanted columns of a run take."""
+    values = sum(_dtype(topic, name).itemsize for topic, names in wanted.items() for name in names)
+    return (scenario.cycles + 1) * (scenario.fleet.size * values + 12 * len(_DTYPES))
+
+
+def _wanted(scenarios: Sequence[Scenario], wanted: Wanted) -> Columns:
+    """Return the wanted columns. Whether MBCM is in a fleet may depend on the seed."""
+    known: Columns = {}
+    for scenario in scenarios:
+        for topic, columns in columns_of(scenario).items():
+            known.setdefault(topic, {}).update(columns)
+    for topic, names in wanted.items():
+        for name in names:
+            if name not in known.get(topic, ()):
+                raise ValueError(f"{topic}: these runs have no column {name}")
+    return {topic: {name: known[topic][name] for name in wanted.get(topic, ())} for topic in known}
+
+
+def _dtype(topic: str, name: str) -> np.dtype[np.generic]:
+    """Type of a column, as in a log; laws log float64."""
+    fields = _DTYPES[topic]
+    return fields[name][0] if name in fields else np.dtype(np.float64)
+
+
+def _one_batch(runs: Sequence[Loaded], columns: Columns) -> Iterator[Run]:
+    scenario = runs[0].scenario
+    whole = any(needs_whole(topic, name) for topic, names in columns.items() for name in names)
+    batch = Batch([loaded.scenario for loaded in runs], whole=whole)
+    filled = _Filled(scenario, len(runs), columns)
+    happenings = Happenings(scenario, len(runs))
+    events: list[list[pb.Event]] = [[] for _ in runs]
+
+    def step(time_ns: int, collided: Sequence[tuple[int, int]], *, over: bool = False) -> None:
+        for run, entries in happenings.step(time_ns, collided, over=over).items():
+            events[run] += [pb.Event.FromString(entry.payload) for entry in entries]
+
+    for cycle in batch.cycles():
+        time_ns = cycle.number * scenario.period_ns
+        filled.take(cycle)
+        step(time_ns, cycle.collided)
+        if cycle.decisions is not None:
+            happenings.decide(cycle.decisions.mode, time_ns + scenario.v2v_wait_ns)
+        else:
+            for _ in range(happenings.lookahead + 1):
+                step(time_ns, (), over=True)
+        if happenings.all_stopped:
+            break
+    for run, loaded in enumerate(runs):
+        stopped_ns = happenings.stopped.get(run)
+        yield in_memory(
+            loaded.scenario,
+            metadata_without_log(loaded),
+            end="complete",
+            tables=filled.tables(
+                run,
+                columns_of(loaded.scenario),
+                None if stopped_ns is None else stopped_ns // scenario.period_ns,
+                happenings.lookahead,
+            ),
+            events=events[run],
+        )
+
+
+class _Filled:
+    """Columns of all runs of a batch, (runs, rows, n), filled cycle by cycle."""
+
+    def __init__(self, scenario: Scenario, runs: int, columns: Columns) -> None:
+        self._columns = columns
+        self._cycles = scenario.cycles
+        self._shape = (runs, scenario.fleet.size)
+        self._values: dict[str, dict[str, Array]] = {
+            topic: {
+                name: np.empty((runs, self._rows(topic), scenario.fleet.size), _dtype(topic, name))
+                for name in names
+            }
+            for topic, names in columns.items()
+        }
+        number = np.arange(scenario.cycles + 1)
+        self._cycle = number.astype(_dtype(TRUTH.log_name, "cycle"))
+        self._start_ns = number * scenario.period_ns
+        self._wait_ns = scenario.v2v_wait_ns
+
+    def take(self, cycle: Cycle) -> None:
+        """Fill the rows of a cycle; after the last one only truth has a row."""
+        for topic, names in self._columns.items():
+            if cycle.number < self._rows(topic):
+                for name, column in names.items():
+                    values = column(cycle).reshape(self._shape)
+                    self._values[topic][name][:, cycle.number] = values
+
+    def tables(
+        self, run: int, its: Columns, stopped: int | None, lookahead: int
+    ) -> dict[str, Table]:
+        """Return the tables of a run. its: all columns that its log would have.
+
+        stopped: the cycle at which a collision has ended it.
+
+        The log of such a run ends with what the world knows of by then.
+        """
+        last = self._cycles if stopped is None else stopped
+        decided = last if stopped is None else max(0, last - lookahead)
+        rows = {
+            TRUTH.log_name: last + 1,
+            RADAR.log_name: last,
+            ESTIMATE.log_name: decided,
+            FLEET_COMMAND.log_name: decided,
+        }
+        return {topic: self._table(topic, run, its[topic], count) for topic, count in rows.items()}
+
+    def _table(self, topic: str, run: int, its: Mapping[str, Column], rows: int) -> Table:
+        if not rows:
+            return {}
+        wait_ns = self._wait_ns if topic in {ESTIMATE.log_name, FLEET_COMMAND.log_name} else 0
+        table: Table = {"cycle": self._cycle[:rows], "time_ns": self._start_ns[:rows] + wait_ns}
+        for name, values in self._values[topic].items():
+            table[name] = values[run, :rows] if name in its else values[run, :rows, :0]
+        return table
+
+    def _rows(self, topic: str) -> int:
+        return self._cycles + (topic == TRUTH.log_name)
