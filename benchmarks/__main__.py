@@ -15,6 +15,7 @@ from statistics import median
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.arrays import array_rate, in_process_rate
 from benchmarks.bare_zenoh import Sizes, bare_barrier
 from benchmarks.channel import CHANNELS, cycle_ms
 from benchmarks.convoy import convoy_rate
@@ -25,7 +26,7 @@ from zenvoy.scenarios import Channel
 
 ROUNDS = 3
 RESULTS = Path(__file__).with_name("results.md")
-PACKAGES = ("eclipse-zenoh", "helics", "cavsandbox")
+PACKAGES = ("eclipse-zenoh", "helics", "cavsandbox", "libsumo")
 VEHICLES, PERIOD_S = 40, 0.1  # as in the paper's case 15
 
 
@@ -85,6 +86,18 @@ def _cavsandbox() -> float:
 
 def _channel_us(channel: Channel, vehicles: int) -> float:
     return 1e3 * cycle_ms(channel, vehicles)
+
+
+def _sumo(commands: str) -> float:
+    """Return the same for SUMO alone, or with speeds that Python reads and sets."""
+    command = [sys.executable, "-m", "benchmarks.sumo_road", str(VEHICLES), "500", commands]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return float(printed.splitlines()[-1])  # libsumo may print a warning first
+
+
+def _arrays(vehicles: int, runs: int, duration_s: float) -> Row:
+    name = f"arrays, {vehicles:,} vehicles, {runs} {'runs' if runs > 1 else 'run'}"
+    return Row(name, partial(array_rate, vehicles, runs, duration_s))
 
 
 CYCLES = Part(
@@ -152,7 +165,29 @@ The scenario is quickstart with other fleet sizes and decisions 25 ms after the 
 docs/real-time.md has more values, from longer runs.
 """,
 )
-PARTS = (CYCLES, STRINGS, CHANNEL, REALTIME)
+STUDIES = Part(
+    "vehicle-seconds per second of CPU",
+    [
+        Row("in process, 40 vehicles, 1 run, with its log", partial(in_process_rate, 40, 100.0)),
+        _arrays(40, 1, 500.0),
+        _arrays(40, 30, 500.0),
+        _arrays(40, 10, 200.0),
+        _arrays(40, 100, 200.0),
+        _arrays(40, 300, 100.0),
+        _arrays(200, 1, 200.0),
+        _arrays(1_000, 1, 100.0),
+        Row("SUMO, 40 vehicles", partial(_sumo, "alone")),
+        Row("SUMO, 40 vehicles, Python reads and sets each speed", partial(_sumo, "commands")),
+    ],
+    """\
+Seconds of simulated time, times vehicles, times runs, per second of CPU on one core. The scenario
+is the paper's case 15 (PBCM, a filter for each of two links and one for the own speed, errors of
+readings). Arrays run without a log, from the loaded scenarios to the last cycle. SUMO moves
+vehicles on a straight road under its own car-following model, 10 steps per second, without V2V,
+errors or filters.
+""",
+)
+PARTS = (CYCLES, STRINGS, CHANNEL, STUDIES, REALTIME)
 
 
 def main() -> None:

@@ -104,9 +104,12 @@ class Covariances:
         self._point[rows] = -1
 
     def _put(self, rows: Rows, points: Ints, before: Ints | None = None) -> None:
-        moved = np.arange(len(points)) if before is None else np.flatnonzero(points != before)
-        if not moved.size:
-            return
+        moved = np.arange(len(points))
+        if before is not None:
+            differs = points != before
+            if not anywhere(differs):
+                return
+            moved = np.flatnonzero(differs)
         which, to = within(rows, moved), points[moved]
         self._point[which] = to
         self.K[:, :, which] = self._table.K[:, :, to]
