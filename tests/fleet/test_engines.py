@@ -279,6 +279,16 @@ def test_the_older_option_goes_on_working(here: Path) -> None:
     assert not (here / "c").exists()
 
 
+def test_the_page_has_every_key_that_arrays_do_not_run() -> None:
+    root = next(folder for folder in Path(__file__).parents if (folder / "Makefile").exists())
+    page = (root / "docs" / "arrays.md").read_text()
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| `")]
+    allowed = {cells[1].split("`")[1]: cells[2].replace("`", "").strip() for cells in rows}
+    for line in NOT_COVERED.values():
+        key, _, rest = line.partition(": ")
+        assert allowed[key] == rest.partition("; allowed: ")[2]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_on_arrays_keeps_its_log(here: Path, number: signal.Signals) -> None:
     run = ("run", "own.yaml", "--duration-s", "100000", "--engine", "arrays", "--out", "o")
