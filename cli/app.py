@@ -31,6 +31,7 @@ from zenvoy.cli.options import (
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.study_commands import STUDY_COMMANDS
+from zenvoy.cli.sweep_command import SWEEP_COMMANDS
 from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.cli.usage import App
 from zenvoy.fleet.requests import interruptible
@@ -319,7 +320,7 @@ def trace(
     raise typer.Exit(trace(file, options, limit_mps2, out, console, errors))
 
 
-for command in (*LOG_COMMANDS, *STUDY_COMMANDS):
+for command in (*LOG_COMMANDS, *STUDY_COMMANDS, *SWEEP_COMMANDS):
     app.command()(command)
 
 

@@ -47,6 +47,7 @@ class Purpose(IntEnum):
     PHASE = 27
     BACKOFF = 28
     LAW = 29
+    STUDY_AXIS = 30
 
 
 def numbered(purpose: int, number: int) -> int:

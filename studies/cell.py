@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 
-from zenvoy.scenarios import Loaded, load
+from zenvoy.scenarios import Loaded, Scenario, load
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,14 +29,18 @@ class Cell:
         return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
 
     def key(self) -> str:
-        """Return a key that is equal for cells with the same effective scenario and seed.
+        """Return a key that is equal for cells with the same effective scenario and seed."""
+        return key_of(self.load().scenario)
 
-        Default values are left out, so that old runs are still found after a new setting is added.
-        """
-        scenario = self.load().scenario
-        values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})
-        text = json.dumps(values, sort_keys=True) + version("zenvoy")
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+def key_of(scenario: Scenario) -> str:
+    """Return a key that is equal for equal scenarios, seed included.
+
+    Default values are left out, so that old runs are still found after a new setting is added.
+    """
+    values = scenario.model_dump(mode="json", exclude_defaults=True, exclude={"description"})
+    text = json.dumps(values, sort_keys=True) + version("zenvoy")
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
 def grid(

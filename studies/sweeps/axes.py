@@ -1,0 +1,165 @@
+"""The axes of a study: a list of values, a range, or draws from a distribution."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from abc import abstractmethod
+from typing import Annotated, Any, Final, Literal
+
+import numpy as np
+from pydantic import Field
+
+from zenvoy.keyed_random.draws import Purpose, normals, uniforms
+from zenvoy.values.section import LARGEST, Positive, Section
+
+_DIGITS: Final = 6  # significant digits of a drawn value: it can be read, and typed again
+_MOST: Final = 10**12  # the plan has a limit of its own, which names the number of runs
+
+Number = Annotated[int | float, Field(ge=-LARGEST, le=LARGEST)]
+_Seed = Annotated[int, Field(ge=0, lt=2**63, description="a whole number in [0, 2^63)")]
+_Samples = Annotated[int, Field(ge=1, le=_MOST, description="a whole number of at least 1")]
+_Number = Field(description="a number in [-1e9, 1e9]")
+_Positive = Field(description="a number in (0, 1e9]")
+_List = Annotated[
+    list[Any], Field(min_length=1, description="a list of one value or more, each of them once")
+]
+
+
+class Axis(Section):
+    """A setting of the scenario that the study varies."""
+
+    @property
+    def random(self) -> bool:
+        """Whether its values are drawn. All such axes of a study are drawn together."""
+        return False
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of values, known before any is made."""
+
+    @abstractmethod
+    def values_of(self, key: str) -> list[Any]:
+        """Return the values that the setting `key` takes, in order."""
+
+
+class Listed(Axis):
+    """The values as they are written."""
+
+    values: _List
+
+    @property
+    def size(self) -> int:
+        """See Axis."""
+        return len(self.values)
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return list(self.values)
+
+
+class Range(Axis):
+    """`steps` values at equal distances, both ends included."""
+
+    start: Annotated[Number, Field(alias="from"), _Number]
+    end: Annotated[Number, Field(alias="to"), _Number]
+    steps: Annotated[int, Field(ge=2, le=_MOST, description="a whole number of at least 2")]
+
+    @property
+    def size(self) -> int:
+        """See Axis."""
+        return self.steps
+
+    def values_of(self, key: str) -> list[Any]:
+        """Return whole numbers if both ends and the distance are whole numbers."""
+        parts = self.steps - 1
+        span = self.end - self.start
+        if isinstance(self.start, int) and isinstance(span, int) and span % parts == 0:
+            return [self.start + span // parts * k for k in range(self.steps)]
+        inner = [_rounded(self.start + span * k / parts, 12) for k in range(1, parts)]
+        return [float(self.start), *inner, float(self.end)]
+
+
+class Random(Axis):
+    """`samples` draws. Draw i depends on seed, key and i only, so more samples keep the first."""
+
+    samples: _Samples
+    seed: _Seed = 1
+
+    @property
+    def random(self) -> bool:
+        """See Axis."""
+        return True
+
+    @property
+    def size(self) -> int:
+        """See Axis."""
+        return self.samples
+
+    def _uniforms(self, key: str) -> Any:
+        who = zlib.crc32(key.encode())
+        return uniforms(self.seed, Purpose.STUDY_AXIS, who, 0, np.arange(self.samples))[0]
+
+    def _normals(self, key: str) -> Any:
+        who = zlib.crc32(key.encode())
+        return normals(self.seed, Purpose.STUDY_AXIS, who, 0, np.arange(self.samples))
+
+
+class Uniform(Random):
+    """Numbers in [low, high)."""
+
+    distribution: Literal["uniform"]
+    low: Annotated[Number, _Number]
+    high: Annotated[Number, _Number]
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return [_rounded(self.low + (self.high - self.low) * u) for u in self._uniforms(key)]
+
+
+class Normal(Random):
+    """Numbers with a mean and a standard deviation."""
+
+    distribution: Literal["normal"]
+    mean: Annotated[Number, _Number]
+    sd: Annotated[Positive, _Positive]
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return [_rounded(self.mean + self.sd * z) for z in self._normals(key)]
+
+
+class Lognormal(Random):
+    """Numbers with a median, whose natural logarithm has the standard deviation `sigma`."""
+
+    distribution: Literal["lognormal"]
+    median: Annotated[Positive, _Positive]
+    sigma: Annotated[float, Field(gt=0, le=20, description="a number in (0, 20]")]
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return [_rounded(self.median * math.exp(self.sigma * z)) for z in self._normals(key)]
+
+
+class Choice(Random):
+    """One of some values, each with the same probability."""
+
+    distribution: Literal["choice"]
+    values: _List
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return [self.values[int(u * len(self.values))] for u in self._uniforms(key)]
+
+
+DISTRIBUTIONS: Final[dict[str, type[Random]]] = {
+    "uniform": Uniform,
+    "normal": Normal,
+    "lognormal": Lognormal,
+    "choice": Choice,
+}
+
+
+def _rounded(value: float, digits: int = _DIGITS) -> float:
+    return float(f"{value:.{digits}g}")

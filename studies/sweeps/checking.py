@@ -1,0 +1,74 @@
+"""Checks a mapping against a schema; a problem has its key, value, place, and what is allowed."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from zenvoy.scenarios import Problem
+from zenvoy.scenarios.reading.explain import nearest
+from zenvoy.scenarios.reading.tree import Node, Path
+from zenvoy.values.section import Section
+from zenvoy.values.wording import dotted, shown
+
+_LONGEST_NAME = 100  # the search for similar names takes longer for longer names
+
+Kind = TypeVar("Kind", bound=Section)
+
+
+def checked(kind: type[Kind], node: Node, path: Path) -> tuple[Kind | None, list[Problem]]:
+    """Return the section that a node at `path` describes, or None and its problems.
+
+    The `description` of each field says what is allowed there.
+    """
+    try:
+        return kind.model_validate(node.plain()), []
+    except ValidationError as refused:
+        found: dict[str, Problem] = {}  # of a union, each branch has an error for the same key
+        for error in refused.errors(include_url=False):
+            problem = _explained(error, kind, node, path)
+            found.setdefault(problem.key, problem)
+        return None, list(found.values())
+
+
+def unknown(name: str, known: list[str]) -> str:
+    """Return what is wrong with an unknown name, with the most similar one."""
+    hint = nearest(name[:_LONGEST_NAME], {one: one for one in known})
+    return f"unknown name {shown(name)}; {hint}allowed: {', '.join(known)}"
+
+
+def _explained(error: ErrorDetails, kind: type[Section], node: Node, path: Path) -> Problem:
+    inside = _written(error["loc"], node)
+    if error["type"] == "extra_forbidden":
+        known = [field.alias or name for name, field in kind.model_fields.items()]
+        name = str(error["loc"][-1])
+        hint = nearest(name[:_LONGEST_NAME], {one: one for one in known})
+        text = f"unknown key; {hint}allowed: {', '.join(known)}"
+    else:
+        allowed = _allowed(str(error["loc"][0]) if error["loc"] else "", kind)
+        if error["type"] == "missing":
+            inside, text = error["loc"], f"missing; allowed: {allowed}"
+        else:
+            written = node.find(inside)
+            value = error["input"] if written is None else written.plain()
+            text = f"{shown(value)} is not {allowed}"
+    place = node.place_of(inside)
+    return Problem(key=dotted((*path, *inside)), text=text, place=place)
+
+
+def _written(loc: Path, node: Node) -> Path:
+    """Return the part of a path of pydantic that is in the file, without names of branches."""
+    inside: Path = ()
+    for step in loc:
+        if node.find((*inside, step)) is not None:
+            inside = (*inside, step)
+    return inside
+
+
+def _allowed(name: str, kind: type[Section]) -> str:
+    for field_name, field in kind.model_fields.items():
+        if name in (field.alias, field_name):
+            return field.description or "allowed"
+    return "a mapping"

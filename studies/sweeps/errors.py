@@ -1,0 +1,14 @@
+"""What is wrong with a study of the user's own."""
+
+from __future__ import annotations
+
+from zenvoy.scenarios import Place, Problem, ScenarioError
+
+
+class BadStudyError(ScenarioError):
+    """A study is not valid, or its folder holds something else. Nothing was run."""
+
+
+def bad_study(key: str, text: str, place: Place | None = None) -> BadStudyError:
+    """Return the error of a single problem."""
+    return BadStudyError([Problem(key=key, text=text, place=place)])

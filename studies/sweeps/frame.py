@@ -1,0 +1,44 @@
+"""A sweep from a notebook: its table as a DataFrame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zenvoy.studies.study import StudyError
+from zenvoy.studies.sweeps.sweep import Study, run_sweep
+from zenvoy.studies.sweeps.table import table_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+def sweep(
+    study: Study,
+    *,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    on_line: Callable[[str], None] = print,
+) -> DataFrame:
+    """Run a study as `zenvoy sweep` does; return its table with a row for each cell and seed.
+
+    `study` is the path of a study file, or a mapping with the same keys. `out` is the folder of the
+    results, by default runs/<name of the study>; finished runs there are not made again. `jobs` is
+    the number of runs at a time, by default one for each core. `on_line` gets a line for each run.
+    The units of the columns are in `DataFrame.attrs["units"]`. Raises BadStudyError (a
+    ScenarioError) before anything is run, StudyError if pandas is not installed, or OSError.
+    """
+    if find_spec("pandas") is None:
+        raise StudyError("pandas is not installed; run: pip install 'zenvoy[pandas]'")
+    folder = None if out is None else Path(fspath(out))
+    command = "zenvoy.studies.sweep(…)"
+    done = run_sweep(study, out=folder, jobs=jobs, on_line=on_line, command=command)
+    table = table_of(done.results)
+    frame = table.to_pandas()
+    frame.attrs["units"] = {
+        field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata
+    }
+    return frame

@@ -1,0 +1,124 @@
+"""The folder of a sweep: which study it holds, and what is kept of each finished run."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from zenvoy.analysis.log.arrays import as_json
+from zenvoy.analysis.measures.summary import Summary
+from zenvoy.bus.text import utf8
+from zenvoy.studies.sweeps.errors import bad_study
+from zenvoy.studies.sweeps.study_file import StudyFile
+from zenvoy.values.wording import listed
+
+STUDY: Final = "study.yaml"
+_IDENTITY: Final = "study.json"
+_RUNS: Final = "runs"
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Store:
+    """The runs of a sweep by their keys. Each is written whole or not at all."""
+
+    folder: Path
+
+    def has(self, key: str, study: StudyFile) -> bool:
+        """Return whether a run is finished, with all measures and time series of the study."""
+        summary = self.summary(key)
+        if summary is None or (study.needs_log and summary.get("frames") is None):
+            return False
+        return not study.series or self.series(key, study.series) is not None
+
+    def summary(self, key: str) -> Summary | None:
+        """Return the summary of a run; None if it is not finished, or its file is damaged."""
+        try:
+            found = json.loads(self._path(key, "json").read_bytes())
+        except (OSError, ValueError):
+            return None
+        return found if isinstance(found, dict) else None
+
+    def series(self, key: str, names: tuple[str, ...]) -> dict[str, Floats] | None:
+        """Return `time_s` and time series of a run, (T,) each; None if they are not all there."""
+        try:
+            with self._path(key, "npz").open("rb") as file, np.load(file) as stored:
+                return {name: stored[name] for name in ("time_s", *names)}
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error):
+            return None
+
+    def write(self, key: str, summary: Summary, series: Mapping[str, Any]) -> None:
+        """Keep a run; raises OSError."""
+        if series:
+            partial = self._partial(key, "npz")
+            with partial.open("wb") as file:
+                np.savez_compressed(file, **dict(series))
+            os.replace(partial, self._path(key, "npz"))
+        partial = self._partial(key, "json")  # last, because it says that the run is finished
+        partial.write_bytes(utf8(as_json(summary)))
+        os.replace(partial, self._path(key, "json"))
+
+    def _path(self, key: str, form: str) -> Path:
+        return self.folder / _RUNS / f"{key}.{form}"
+
+    def _partial(self, key: str, form: str) -> Path:
+        return self.folder / _RUNS / f".{key}.{form}.{os.getpid()}.partial"
+
+
+def open_store(folder: Path, study: StudyFile) -> Store:
+    """Make the folder of a study, or open it again to go on.
+
+    The same study may have more values, seeds, measures or time series than before. Raises
+    BadStudyError if the folder holds anything else, which is left as it is, and OSError.
+    """
+    identity = _identity(study)
+    try:
+        holds = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
+    except NotADirectoryError:
+        raise bad_study("", f"--out {folder}: is a file, not a folder") from None
+    if holds:
+        before = _read(folder / _IDENTITY)
+        if before is None:
+            text = f"--out {folder}: holds no study, but {listed(holds)};"
+            raise bad_study("", f"{text} name a new folder or an empty one")
+        if differing := [name for name, value in identity.items() if before.get(name) != value]:
+            text = f"--out {folder}: holds another study ({', '.join(differing)} differ);"
+            raise bad_study("", f"{text} name a new folder or an empty one")
+    (folder / _RUNS).mkdir(parents=True, exist_ok=True)
+    _write_whole(folder / _IDENTITY, json.dumps(identity, indent=2) + "\n")
+    _write_whole(folder / STUDY, study.text)
+    return Store(folder=folder)
+
+
+def _identity(study: StudyFile) -> dict[str, Any]:
+    """Return what makes a study the same when it has grown."""
+    return {
+        "scenario": Path(study.scenario).name if Path(study.scenario).is_file() else study.scenario,
+        "settings": sorted(study.settings),
+        "axes": list(study.axes),
+        "duration_s": study.duration_s,
+    }
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    try:
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _write_whole(path: Path, text: str) -> None:
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    partial.write_bytes(utf8(text))
+    os.replace(partial, path)

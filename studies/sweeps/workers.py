@@ -1,0 +1,83 @@
+"""Does tasks in processes of their own, several at a time, so that one that fails is alone."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkProcess
+from typing import Any, Generic, TypeVar
+
+from zenvoy.fleet.spawn import die_with
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Done(Generic[T]):
+    """A task that has ended, and in one line why it failed; None if it did not."""
+
+    task: T
+    failure: str | None
+
+
+def each_done(tasks: Sequence[T], do: Callable[[T], None], jobs: int) -> Iterator[Done[T]]:
+    """Do each task in a process of its own, `jobs` at a time; yield each as it ends.
+
+    When the caller stops early, or is interrupted, the processes are killed.
+    """
+    context = multiprocessing.get_context("fork")
+    running: dict[int, tuple[ForkProcess, Connection, T]] = {}
+    ahead = iter(tasks)
+    left = len(tasks)
+    try:
+        while left:
+            while len(running) < jobs and (task := next(ahead, None)) is not None:
+                reader, writer = context.Pipe(duplex=False)
+                child = context.Process(target=_work, args=(do, task, writer, os.getpid()))
+                child.start()
+                writer.close()
+                running[child.sentinel] = (child, reader, task)
+            ended = wait(list(running))
+            for sentinel in [one for one in running if one in ended]:
+                child, reader, task = running.pop(sentinel)
+                yield Done(task, _failure(child, reader))
+                left -= 1
+    finally:
+        for child, reader, _ in running.values():
+            child.kill()
+            child.join()
+            reader.close()
+
+
+def _failure(child: ForkProcess, reader: Connection) -> str | None:
+    child.join()
+    with reader:
+        try:
+            return str(reader.recv()) if reader.poll() else _died(child.exitcode)
+        except EOFError:
+            return _died(child.exitcode)
+
+
+def _died(code: int | None) -> str | None:
+    if code == 0:
+        return None
+    if code is not None and code < 0:
+        return f"its process was killed by {signal.Signals(-code).name}"
+    return f"its process ended with exit code {code}"
+
+
+def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int) -> None:
+    die_with(parent, signal.SIGKILL)
+    # Signals from the terminal are for the parent, which kills this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        do(task)
+    except Exception as error:  # noqa: BLE001  # whatever it is, it is told, and the rest goes on
+        text = str(error) or type(error).__name__
+        writer.send(" ".join(text.split()))

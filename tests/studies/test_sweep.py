@@ -1,0 +1,384 @@
+"""`zenvoy sweep`: what it runs, keeps and writes, and that it goes on where it stopped."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from tests.conftest import command, run, wait_until, zenvoy
+from zenvoy.analysis import load
+from zenvoy.analysis.measures.figures import MEASURES, figures
+from zenvoy.analysis.measures.statistics import mean_of
+from zenvoy.analysis.measures.summary import summarize
+from zenvoy.studies import sweep
+from zenvoy.studies.cell import Cell
+from zenvoy.studies.study import StudyError
+from zenvoy.studies.sweeps import running
+from zenvoy.studies.sweeps.sweep import run_sweep
+from zenvoy.studies.sweeps.workers import each_done
+
+STUDY = """
+scenario: quickstart
+description: Frames lost, against the gain of relative speed.
+settings:
+  fleet: {size: 6}
+  events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 3}]
+duration_s: 3
+axes:
+  channel.loss.p: [0, 0.9]
+  control.gains.k_v: {from: 0.3, to: 0.6, steps: 2}
+seeds: [1, 4]
+measures: [smallest_gap_m, speed.estimated.rmse, fallbacks, frames.lost, speed_spread_at_100_s_mps]
+series: [mean_speed_mps]
+"""
+SCENARIO = """
+extends: quickstart
+fleet: {size: 6}
+events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 3}]
+duration_s: 3
+channel: {loss: {p: 0.9}}
+control: {gains: {k_v: 0.3}}
+seed: 4
+"""
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "loss.yaml").write_text(STUDY)
+    outcome = zenvoy(folder, "sweep", "loss.yaml", "--out", "out")
+    assert (outcome.code, outcome.err) == (0, ""), outcome
+    assert outcome.out.startswith("4 cells × 2 seeds: 8 runs, 8 to do\n")
+    return folder
+
+
+def test_the_table_has_what_a_run_of_its_own_has(swept: Path, tmp_path: Path) -> None:
+    table = pyarrow.parquet.read_table(swept / "out" / "table.parquet")
+    assert table.column_names[:5] == [
+        "cell",
+        "channel.loss.p",
+        "control.gains.k_v",
+        "seed",
+        "failure",
+    ]
+    rows = table.to_pylist()
+    assert [(row["cell"], row["seed"]) for row in rows] == [
+        (cell, seed) for cell in (1, 2, 3, 4) for seed in (1, 4)
+    ]
+    assert all(row["failure"] is None for row in rows)
+    (row,) = [r for r in rows if r["cell"] == 3 and r["seed"] == 4]
+    assert (row["channel.loss.p"], row["control.gains.k_v"]) == (0.9, 0.3)
+    run(tmp_path / "alone", SCENARIO, "--bus", "in-process")
+    log = tmp_path / "alone" / "out" / "run.mcap"
+    expected = figures(summarize(log))
+    for name in table.column_names[5:]:
+        assert row[name] == expected[name], name
+    assert row["frames.lost"] > 0
+    assert row["speed_spread_at_100_s_mps"] is None  # asked for, although no run is so long
+    units = {f.name: (f.metadata or {}).get(b"unit") for f in table.schema}
+    assert units["smallest_gap_m"] == b"m"
+    assert units["speed.estimated.rmse"] == b"m/s"
+    assert units["fallbacks"] is None
+    series = pyarrow.parquet.read_table(swept / "out" / "series.parquet")
+    assert series.num_rows == 8 * 31
+    of_row = [r for r in series.to_pylist() if r["cell"] == 3 and r["seed"] == 4]
+    alone = load(log)
+    assert [r["time_s"] for r in of_row] == alone.time_s.tolist()
+    assert np.array_equal([r["mean_speed_mps"] for r in of_row], alone.truth["speed"].mean(axis=1))
+
+
+def test_the_folder_says_what_was_run(swept: Path) -> None:
+    out = swept / "out"
+    page = (out / "README.md").read_text()
+    assert "`zenvoy sweep loss.yaml --out out`" in page
+    assert "4 cells × 2 seeds of the scenario `quickstart`" in page
+    assert "Frames lost, against the gain of relative speed." in page
+    assert (out / "study.yaml").read_text() == STUDY
+    assert (out / "legend.csv").read_text().splitlines()[6] == (
+        "smallest_gap_m,m,smallest gap of the run"
+    )
+    table = pyarrow.parquet.read_table(out / "table.parquet").to_pylist()
+    mean = mean_of([row["smallest_gap_m"] for row in table if row["cell"] == 1])
+    first = (out / "means.csv").read_text().splitlines()[1].split(",")
+    assert first[:4] == ["1", "0", "0.3", "2"]
+    assert float(first[4]) == pytest.approx(mean.mean)
+    assert float(first[5]) == pytest.approx((mean.high - mean.low) / 2)
+    drawn = {path.stem for path in out.glob("*.png")}
+    assert drawn == {"smallest_gap_m", "speed.estimated.rmse", "fallbacks", "frames.lost"}
+    assert {path.stem for path in out.glob("*.svg")} == drawn
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_what_is_there_is_not_run_again(swept: Path) -> None:
+    before = contents(swept / "out")
+    outcome = zenvoy(swept, "sweep", "loss.yaml", "--out", "out")
+    assert outcome.code == 0
+    assert outcome.out.startswith("4 cells × 2 seeds: 8 runs, 0 to do\n")
+    assert contents(swept / "out") == before
+
+
+def test_a_stopped_sweep_goes_on_to_the_same_table(swept: Path, tmp_path: Path) -> None:
+    (tmp_path / "loss.yaml").write_text(STUDY)
+    arguments = ("sweep", "loss.yaml", "--out", "out", "--jobs", "1")
+    runs = tmp_path / "out" / "runs"
+    with command(tmp_path, *arguments) as sweeping:
+        wait_until(lambda: len(list(runs.glob("[!.]*.json"))) >= 2, "two runs are done")
+        sweeping.send_to_group(signal.SIGINT)
+        outcome = sweeping.wait()
+    assert (outcome.code, outcome.err) == (130, "interrupted; the finished runs are kept\n")
+    done = len(list(runs.glob("[!.]*.json")))
+    assert 2 <= done < 8
+    assert not (tmp_path / "out" / "table.parquet").exists()
+    outcome = zenvoy(tmp_path, *arguments)
+    assert outcome.out.startswith(f"4 cells × 2 seeds: 8 runs, {8 - done} to do\n")
+    for name in ("table.parquet", "series.parquet", "means.csv", "smallest_gap_m.svg"):
+        assert (tmp_path / "out" / name).read_bytes() == (swept / "out" / name).read_bytes(), name
+
+
+def test_a_damaged_run_is_made_again(swept: Path, tmp_path: Path) -> None:
+    (tmp_path / "loss.yaml").write_text(STUDY)
+    for name, content in contents(swept / "out").items():
+        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "out" / name).write_bytes(content)
+    first, second, *_ = sorted((tmp_path / "out" / "runs").glob("*.json"))
+    first.write_bytes(first.read_bytes()[:100])
+    second.with_suffix(".npz").unlink()
+    outcome = zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out")
+    assert outcome.out.startswith("4 cells × 2 seeds: 8 runs, 2 to do\n")
+    table = (tmp_path / "out" / "table.parquet").read_bytes()
+    assert table == (swept / "out" / "table.parquet").read_bytes()
+
+
+BATCH = STUDY.replace("frames.lost, ", "").replace("[1, 4]", "[1, 4, 9]")
+
+
+@pytest.fixture(scope="module")
+def on_arrays(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("arrays")
+    (folder / "loss.yaml").write_text(BATCH + "engine: arrays\n")
+    outcome = zenvoy(folder, "sweep", "loss.yaml", "--out", "out")
+    assert (outcome.code, outcome.err) == (0, ""), outcome
+    return folder
+
+
+def test_all_engines_give_the_same_table(on_arrays: Path, tmp_path: Path) -> None:
+    (tmp_path / "loss.yaml").write_text(BATCH + "engine: in-process\n")
+    assert zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out").code == 0
+    summaries = [
+        json.loads(path.read_text()) for path in (tmp_path / "out" / "runs").glob("*.json")
+    ]
+    assert all(summary["frames"] is not None for summary in summaries)
+    batch = [json.loads(path.read_text()) for path in (on_arrays / "out" / "runs").glob("*.json")]
+    assert all(summary["frames"] is None for summary in batch)
+    for name in ("table.parquet", "series.parquet", "means.csv", "smallest_gap_m.svg"):
+        alone = (tmp_path / "out" / name).read_bytes()
+        assert (on_arrays / "out" / name).read_bytes() == alone, name
+
+
+def test_missing_seeds_of_a_cell_are_made_on_arrays(on_arrays: Path, tmp_path: Path) -> None:
+    (tmp_path / "loss.yaml").write_text(BATCH)
+    for name, content in contents(on_arrays / "out").items():
+        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "out" / name).write_bytes(content)
+    for path in sorted((tmp_path / "out" / "runs").glob("*.json"))[:5]:
+        path.unlink()
+    outcome = zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out")
+    assert outcome.out.startswith("4 cells × 3 seeds: 12 runs, 5 to do\n")
+    table = (tmp_path / "out" / "table.parquet").read_bytes()
+    assert table == (on_arrays / "out" / "table.parquet").read_bytes()
+
+
+def test_a_measure_that_needs_a_log_makes_old_runs_again(on_arrays: Path, tmp_path: Path) -> None:
+    (tmp_path / "loss.yaml").write_text(STUDY.replace("[1, 4]", "[1]"))
+    for name, content in contents(on_arrays / "out").items():
+        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "out" / name).write_bytes(content)
+    outcome = zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out")
+    assert outcome.out.startswith("4 cells × 1 seed: 4 runs, 4 to do\n")
+    rows = pyarrow.parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
+    assert all(row["frames.lost"] is not None for row in rows)
+
+
+def test_a_batch_that_fails_is_made_run_by_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process that makes seed 2 dies, as if for lack of memory, in a batch and alone."""
+    kept = running.keep_runs
+
+    def dies(cells: Sequence[Cell], *arguments: Any) -> None:
+        if any(cell.seed == 2 for cell in cells):
+            os.kill(os.getpid(), signal.SIGKILL)
+        kept(cells, *arguments)
+
+    monkeypatch.setattr("zenvoy.studies.sweeps.sweep.keep_runs", dies)
+    told: list[str] = []
+    keys = {
+        "scenario": "quickstart",
+        "settings": {"fleet.size": 6},
+        "axes": {"channel.loss.p": [0.5]},
+        "seeds": 3,
+        "duration_s": 1,
+    }
+    done = run_sweep(keys, out=tmp_path / "o", jobs=1, on_line=told.append, command="c")
+    assert [row.failure for row in done.results.rows] == [
+        None,
+        "its process was killed by SIGKILL",
+        None,
+    ]
+    assert told == [
+        "1 cell × 3 seeds: 3 runs, 3 to do",
+        "1 of 3: channel.loss.p=0.5, seed 1",
+        "2 of 3: channel.loss.p=0.5, seed 2 failed: its process was killed by SIGKILL",
+        "3 of 3: channel.loss.p=0.5, seed 3",
+    ]
+
+
+def test_a_run_that_fails_is_told_and_the_rest_goes_on(tmp_path: Path) -> None:
+    outcome = zenvoy(tmp_path, "new", "law", "gap")
+    assert outcome.code == 0, outcome
+    law = (tmp_path / "gap.py").read_text()
+    line = "    error = seen.ahead.p"
+    broken = """    if own.time_gap_s > 1.5 and seen.speed < 29.5:  # only once the leader brakes
+        raise RuntimeError("too slow")
+"""
+    assert line in law
+    (tmp_path / "gap.py").write_text(law.replace(line, broken + line))
+    (tmp_path / "study.yaml").write_text("""
+scenario: gap.yaml
+duration_s: 13
+axes: {control.parameters.time_gap_s: [1.2, 1.8]}
+measures: [smallest_gap_m]
+""")
+    outcome = zenvoy(tmp_path, "sweep", "study.yaml", "--out", "out")
+    assert outcome.code == 1
+    assert outcome.err == "1 of 2 runs failed; see out/README.md\n"
+    assert "seed 1 failed: " in outcome.out
+    assert "too slow" in outcome.out
+    rows = pyarrow.parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
+    assert rows[0]["failure"] is None
+    assert rows[0]["smallest_gap_m"] > 0
+    assert "too slow" in rows[1]["failure"]
+    assert rows[1]["smallest_gap_m"] is None
+    page = (tmp_path / "out" / "README.md").read_text()
+    assert "**1 of 2 runs failed**" in page
+    assert "too slow" in page
+    again = zenvoy(tmp_path, "sweep", "study.yaml", "--out", "out")
+    assert "2 runs, 1 to do" in again.out  # a failed run is tried again
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (STUDY.replace("fallbacks", "fallback"), "measures.2: unknown name 'fallback'; did you "),
+        (STUDY.replace("loss.p", "los.p"), "channel.los: unknown key; did you mean 'loss'?"),
+        (STUDY.replace("steps: 2", "steps: 1000000000"), "4,000,000,000 runs; allowed: at most"),
+    ],
+)
+def test_a_bad_study_ends_with_a_line_and_leaves_nothing(
+    tmp_path: Path, text: str, line: str
+) -> None:
+    (tmp_path / "study.yaml").write_text(text)
+    outcome = zenvoy(tmp_path, "sweep", "study.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert line in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert outcome.out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_folder_of_another_study_is_left(swept: Path) -> None:
+    before = contents(swept / "out")
+    (swept / "other.yaml").write_text(STUDY.replace("scenario: quickstart", "scenario: heavy-loss"))
+    outcome = zenvoy(swept, "sweep", "other.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert outcome.err == (
+        "--out out: holds another study (scenario differ); name a new folder or an empty one\n"
+    )
+    assert contents(swept / "out") == before
+
+
+def test_from_python_it_gives_the_same_table(swept: Path) -> None:
+    """In a process of its own, as the process of the tests may have threads."""
+    script = """if True:
+        from zenvoy.studies import sweep
+        lines = []
+        frame = sweep("loss.yaml", out="out", on_line=lines.append)
+        assert lines == ["4 cells × 2 seeds: 8 runs, 0 to do"], lines
+        assert frame.attrs["units"]["smallest_gap_m"] == "m"
+        print(frame.groupby("channel.loss.p")["frames.lost"].mean().to_dict())
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=swept, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    table = pyarrow.parquet.read_table(swept / "out" / "table.parquet").to_pylist()
+    lost = [row["frames.lost"] for row in table if row["channel.loss.p"] == 0.9]
+    assert done.stdout == f"{{0.0: 0.0, 0.9: {sum(lost) / 4}}}\n"
+
+
+def test_without_pandas_a_line_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        "zenvoy.studies.sweeps.frame.find_spec",
+        lambda name: None if name == "pandas" else find(name),
+    )
+    with pytest.raises(StudyError, match=r"pip install 'zenvoy\[pandas\]'"):
+        sweep({"scenario": "quickstart"}, out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+# Workers.
+
+
+def _odd_ones_fail(number: int) -> None:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number % 2:
+        raise ValueError(f"{number} is odd\nand that is not allowed")
+
+
+def test_a_task_that_fails_or_dies_is_alone() -> None:
+    done = {one.task: one.failure for one in each_done(range(6), _odd_ones_fail, 2)}
+    assert done == {
+        0: None,
+        1: "1 is odd and that is not allowed",
+        2: None,
+        3: "its process was killed by SIGKILL",
+        4: None,
+        5: "5 is odd and that is not allowed",
+    }
+
+
+# The names of measures.
+
+
+def leaves(value: object, name: str = "") -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from leaves(inner, f"{name}.{key}".removeprefix("."))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield name
+
+
+def test_every_figure_of_a_summary_is_a_measure(tmp_path: Path) -> None:
+    run(tmp_path / "run", SCENARIO, "--bus", "in-process")
+    summary = json.loads((tmp_path / "run" / "out" / "summary.json").read_text())
+    numbers = set(leaves(summary)) - {"seed"}
+    assert numbers <= set(MEASURES)
+    assert {name for name, value in figures(summary).items() if value is not None} == numbers

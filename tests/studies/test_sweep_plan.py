@@ -1,0 +1,315 @@
+"""Studies of the user's own: axes, plans, and the line that each bad study gets."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from zenvoy.scenarios import ScenarioError
+from zenvoy.studies.sweeps.axes import Axis, Choice, Listed, Lognormal, Normal, Range, Uniform
+from zenvoy.studies.sweeps.plan import MOST_RUNS, plan_of, points_of, size_of
+from zenvoy.studies.sweeps.store import open_store
+from zenvoy.studies.sweeps.study_file import read_study
+
+GOOD = """
+scenario: quickstart
+settings: {fleet.size: 6}
+duration_s: 2
+axes:
+  channel.loss.p: [0, 0.5]
+  control.gains.k_v: {from: 0.2, to: 0.6, steps: 3}
+seeds: 2
+measures: [smallest_gap_m, fallbacks]
+"""
+
+
+def study(folder: Path, text: str) -> Path:
+    path = folder / "study.yaml"
+    path.write_text(text)
+    return path
+
+
+def ranged(start: float, end: float, steps: int) -> Range:
+    return Range.model_validate({"from": start, "to": end, "steps": steps})
+
+
+# Axes.
+
+
+@given(start=st.floats(-1e6, 1e6), end=st.floats(-1e6, 1e6), steps=st.integers(2, 50))
+def test_a_range_has_both_ends_and_equal_distances(start: float, end: float, steps: int) -> None:
+    axis = ranged(start, end, steps)
+    values = axis.values_of("x")
+    assert len(values) == axis.size == steps
+    assert (values[0], values[-1]) == (start, end)
+    distance = (end - start) / (steps - 1)
+    for low, high in pairwise(values):
+        assert high - low == pytest.approx(distance, abs=1e-5, rel=1e-5)
+
+
+def test_a_range_of_whole_numbers_stays_whole() -> None:
+    assert ranged(2, 10, 5).values_of("fleet.size") == [2, 4, 6, 8, 10]
+    assert all(isinstance(value, int) for value in ranged(9, 0, 4).values_of("x"))
+    assert ranged(0, 1, 3).values_of("x") == [0.0, 0.5, 1.0]
+    assert ranged(0.1, 0.7, 3).values_of("x") == [0.1, 0.4, 0.7]  # and no 0.39999999999999997
+
+
+@given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(0, 20))
+def test_more_samples_keep_the_first(seed: int, few: int, more: int) -> None:
+    def values(samples: int) -> list[Any]:
+        axis = Normal(distribution="normal", mean=3, sd=2.0, samples=samples, seed=seed)
+        return axis.values_of("control.gains.k_v")
+
+    assert values(few + more)[:few] == values(few)
+
+
+def test_axes_with_the_same_seed_draw_different_numbers() -> None:
+    axis = Uniform(distribution="uniform", low=0, high=1, samples=50)
+    assert axis.values_of("control.gains.k_v") != axis.values_of("control.gains.k_d")
+
+
+def test_draws_have_their_distribution() -> None:
+    n = 20_000
+    uniform = Uniform(distribution="uniform", low=2, high=4, samples=n).values_of("x")
+    assert 2.0 <= min(uniform) < 2.01
+    assert 3.99 < max(uniform) <= 4.0
+    assert sum(uniform) / n == pytest.approx(3.0, abs=0.02)
+    normal = Normal(distribution="normal", mean=5, sd=2.0, samples=n).values_of("x")
+    mean = sum(normal) / n
+    assert mean == pytest.approx(5.0, abs=0.06)
+    assert math.sqrt(sum((v - mean) ** 2 for v in normal) / n) == pytest.approx(2.0, abs=0.05)
+    lognormal = Lognormal(distribution="lognormal", median=3.0, sigma=0.5, samples=n).values_of("x")
+    logs = [math.log(value / 3.0) for value in lognormal]
+    assert sum(logs) / n == pytest.approx(0.0, abs=0.02)
+    assert math.sqrt(sum(v * v for v in logs) / n) == pytest.approx(0.5, abs=0.02)
+    choice = Choice(distribution="choice", values=["a", "b", "c", "d"], samples=n).values_of("x")
+    for value in "abcd":
+        assert choice.count(value) / n == pytest.approx(0.25, abs=0.02)
+
+
+def test_drawn_values_can_be_typed_again() -> None:
+    values = Uniform(distribution="uniform", low=0, high=1, samples=100).values_of("x")
+    assert all(len(f"{value:.6g}") <= 12 and float(f"{value:.6g}") == value for value in values)
+
+
+# Plans.
+
+AXES = st.lists(
+    st.one_of(
+        st.lists(st.integers(0, 99), min_size=1, max_size=4, unique=True).map(
+            lambda values: Listed(values=values)
+        ),
+        st.just(Uniform(distribution="uniform", low=0, high=1, samples=3)),
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@given(axes=AXES)
+def test_points_are_all_combinations_and_random_axes_go_together(axes: list[Axis]) -> None:
+    named = {f"a{number}": axis for number, axis in enumerate(axes)}
+    points = list(points_of(named))
+    assert len(points) == size_of(named)
+    assert all(list(point) == list(named) for point in points)
+    values = {key: axis.values_of(key) for key, axis in named.items()}
+    random = [key for key, axis in named.items() if axis.random]
+    for point in points:
+        assert len({values[key].index(point[key]) for key in random}) <= 1
+    assert len({tuple(point.items()) for point in points}) == len(points)
+
+
+def test_the_last_axis_varies_fastest(tmp_path: Path) -> None:
+    plan = plan_of(read_study(study(tmp_path, GOOD)))
+    assert [tuple(cell.point.values()) for cell in plan.cells] == [
+        (0, 0.2),
+        (0, 0.4),
+        (0, 0.6),
+        (0.5, 0.2),
+        (0.5, 0.4),
+        (0.5, 0.6),
+    ]
+    assert [cell.number for cell in plan.cells] == [1, 2, 3, 4, 5, 6]
+    assert plan.seeds == (1, 2)
+    assert plan.runs == 12
+
+
+def test_keys_are_those_of_the_cells(tmp_path: Path) -> None:
+    plan = plan_of(read_study(study(tmp_path, GOOD)))
+    keys = [key for cell in plan.cells for key in cell.keys]
+    assert len(set(keys)) == 12
+    for cell in plan.cells:
+        made = [plan.cell(cell, seed).key() for seed in plan.seeds]
+        assert list(cell.keys) == made
+
+
+def test_a_scenario_beside_the_study_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "mine.yaml").write_text("extends: quickstart\nfleet: {size: 7}\n")
+    text = "scenario: mine.yaml\naxes: {fleet.size: [6, 7]}\n"
+    path = study(tmp_path / "sub", text)
+    monkeypatch.chdir(tmp_path)
+    plan = plan_of(read_study(path))
+    assert [plan.cell(cell, 1).load().scenario.fleet.size for cell in plan.cells] == [6, 7]
+
+
+def test_a_mapping_is_a_study_too(tmp_path: Path) -> None:
+    keys = {"scenario": "quickstart", "axes": {"channel.loss.p": [0, 0.5]}, "seeds": [3, 7]}
+    plan = plan_of(read_study(keys))
+    assert plan.seeds == (3, 7)
+    text = "scenario: quickstart\naxes: {channel.loss.p: [0, 0.5]}\nseeds: [3, 7]\n"
+    same = plan_of(read_study(study(tmp_path, text)))
+    assert [cell.keys for cell in plan.cells] == [cell.keys for cell in same.cells]
+
+
+# Bad studies, and their lines.
+
+AXIS = "axes: {channel.loss.p: [0, 0.5]}\n"
+BAD = {
+    f"scenario: quickstart\n{AXIS}mesures: [fallbacks]\n": "mesures: unknown key; did you mean "
+    "'measures'? allowed: scenario, description, settings, axes, seeds, measures, series, engine, "
+    "duration_s  (study.yaml, line 3)",
+    AXIS: "scenario: missing; allowed: the name of a built-in scenario, or of a file beside the "
+    "study  (study.yaml)",
+    "scenario: quickstart\n": "axes: missing; allowed: a mapping of keys of the scenario to their "
+    "values  (study.yaml)",
+    f"scenario: quickstrat\n{AXIS}": "scenario: 'quickstrat' is neither a file nor a built-in",
+    f"scenario: quickstart\n{AXIS}seeds: 0\n": "seeds: 0 is not a number of seeds, at least 1, or "
+    "a list of whole numbers from 0 on  (study.yaml, line 3)",
+    f"scenario: quickstart\n{AXIS}seeds: [1, 1]\n": "seeds.1: 1 is given twice; allowed: once  "
+    "(study.yaml, line 3)",
+    f"scenario: quickstart\n{AXIS}duration_s: -3\n": "duration_s: -3 is not a number in (0, 1e9]  "
+    "(study.yaml, line 3)",
+    f"scenario: quickstart\n{AXIS}engine: fast\n": "engine: 'fast' is not one of auto, ",
+    f"scenario: quickstart\n{AXIS}measures:\n- collisions\n- smallest_gap\n": "measures.1: unknown "
+    "name 'smallest_gap'; did you mean 'smallest_gap_m'? allowed: smallest_gap_m, ",
+    f"scenario: quickstart\n{AXIS}series: [speed]\n": "series.0: unknown name 'speed'; ",
+    f"scenario: quickstart\n{AXIS}settings: [channel.loss.p=0.1]\n": "settings: channel.loss.p is "
+    "an axis of the study too  (study.yaml, line 3)",
+    f"scenario: quickstart\n{AXIS}settings: [fleet.sise=3]\n": "fleet.sise: unknown key; did you "
+    "mean 'size'?",
+    "scenario: quickstart\naxes:\n  channel.los.p: [0.1]\n": "channel.los: unknown key; did you "
+    "mean 'loss'? allowed: technology, ",
+    "scenario: quickstart\naxes:\n  fleet.sise: [3]\n": "fleet.sise: unknown key; did you mean "
+    "'size'?",
+    "scenario: quickstart\naxes:\n  channel.loss.p: [0, 1.4]\n": "channel.loss.p: 1.4 is not in "
+    "[0, 1]  (study.yaml, line 3)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: [0, 0]\n": "axes.channel.loss.p.values.1: 0 is "
+    "given twice; allowed: once  (study.yaml, line 3)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: 0.3\n": "axes.channel.loss.p: 0.3 is not an "
+    "axis; allowed: values, or from, to and steps, or distribution and samples  (study.yaml, "
+    "line 3)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: {from: 0, to: 1}\n": "axes.channel.loss.p.steps"
+    ": missing; allowed: a whole number of at least 2  (study.yaml, line 3)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: {from: 0, to: 1, stps: 3}\n": "did you mean "
+    "'steps'? allowed: from, to, steps",
+    "scenario: quickstart\naxes:\n  channel.loss.p: {distribution: gauss, samples: 3}\n": "axes."
+    "channel.loss.p.distribution: 'gauss' is not one of uniform, normal, lognormal, choice",
+    "scenario: quickstart\naxes:\n  seed: [1, 2]\n": "axes.seed: is no axis; use the key seeds of "
+    "the study  (study.yaml, line 3)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: {from: 0, to: 1, steps: 1000000000}\n": "axes: "
+    f"1,000,000,000 cells × 1 seed are 1,000,000,000 runs; allowed: at most {MOST_RUNS:,}  "
+    "(study.yaml, line 2)",
+    "scenario: quickstart\naxes:\n  channel.loss.p: [0]\nseeds: 1000000000\n": "1 cell × "
+    "1,000,000,000 seeds are 1,000,000,000 runs",
+    "scenario: quickstart\nsettings: {clock: realtime}\naxes:\n  channel.loss.p: [0]\n": "clock: "
+    "realtime; a study runs as fast as it can; allowed: lock-step",
+    "scenario: quickstart\naxes:\n  channel.loss.p: {distribution: uniform, low: 0, high: 1, "
+    "samples: 2}\n  control.gains.k_v: {distribution: choice, values: [0.2], samples: 3}\n": "axes:"
+    " random axes are drawn together, but their samples differ (channel.loss.p: 2, "
+    "control.gains.k_v: 3)",
+    f"scenario: quickstart\n{AXIS}engine: arrays\nmeasures: [frames.lost]\n": "measures: "
+    "frames.lost: counted in a log; allowed with engine: auto or in-process  (study.yaml, line 4)",
+    f"scenario: quickstart\n{AXIS}engine: arrays\nsettings: [channel.relay_hops=2]\n": "engine: "
+    "channel.relay_hops: 2 does not run on arrays; allowed: 1  (study.yaml, line 3)",
+    "- 3\n": "a list is not a mapping  (study.yaml)",
+    "scenario: [\n": "not valid YAML: ",
+}
+
+
+@pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
+def test_a_bad_study_gets_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    study(tmp_path, text)
+    with pytest.raises(ScenarioError) as refused:
+        plan_of(read_study("study.yaml"))
+    lines = str(refused.value).splitlines()
+    assert any(BAD[text] in line for line in lines), lines
+    if "stps" not in text:  # there, `steps` is missing too
+        assert len(lines) == 1, lines
+
+
+def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
+    text = "scenario: 3\naxes: {channel.loss.p: 3}\nseeds: -1\nmeasures: 7\nserie: []\n"
+    with pytest.raises(ScenarioError) as refused:
+        read_study(study(tmp_path, text))
+    assert len(refused.value.problems) == 5
+
+
+@settings(deadline=None)
+@given(
+    junk=st.recursive(
+        st.none()
+        | st.booleans()
+        | st.integers()
+        | st.floats(allow_nan=False)
+        | st.text(max_size=5),
+        lambda inner: (
+            st.lists(inner, max_size=3)
+            | st.dictionaries(st.sampled_from(["values", "from", "to", "steps", "x"]), inner)
+        ),
+        max_leaves=6,
+    ),
+    key=st.sampled_from(["scenario", "settings", "axes", "seeds", "measures", "series", "engine"]),
+)
+def test_whatever_a_key_holds_is_read_or_refused_in_words(junk: Any, key: str) -> None:
+    keys: dict[str, Any] = {"scenario": "quickstart", "axes": {"channel.loss.p": [0, 0.5]}}
+    keys[key] = junk if key != "axes" else {"channel.loss.p": junk}
+    problems: tuple[object, ...] = ()
+    try:
+        read_study(keys)
+    except ScenarioError as refused:
+        problems = refused.problems
+    assert all("\n" not in str(problem) for problem in problems)
+
+
+# The folder.
+
+
+def test_a_folder_with_anything_else_is_refused_and_left(tmp_path: Path) -> None:
+    checked = read_study(study(tmp_path, GOOD))
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "precious.txt").write_text("thesis")
+    with pytest.raises(ScenarioError, match=r"--out .*out: holds no study, but precious.txt; name"):
+        open_store(folder, checked)
+    assert [path.name for path in folder.iterdir()] == ["precious.txt"]
+    with pytest.raises(ScenarioError, match="is a file, not a folder"):
+        open_store(folder / "precious.txt", checked)
+
+
+def test_a_folder_of_another_study_is_refused_and_left(tmp_path: Path) -> None:
+    open_store(tmp_path / "out", read_study(study(tmp_path, GOOD)))
+    before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    other = GOOD.replace("control.gains.k_v", "control.gains.k_d").replace("duration_s: 2", "")
+    with pytest.raises(ScenarioError, match=r"holds another study \(axes, duration_s differ\)"):
+        open_store(tmp_path / "out", read_study(study(tmp_path, other)))
+    after = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    assert after == before
+
+
+def test_a_study_that_has_grown_is_the_same(tmp_path: Path) -> None:
+    open_store(tmp_path / "out", read_study(study(tmp_path, GOOD)))
+    grown = GOOD.replace("seeds: 2", "seeds: 9").replace("[0, 0.5]", "[0, 0.5, 0.7]")
+    open_store(tmp_path / "out", read_study(study(tmp_path, grown)))
+    assert "seeds: 9" in (tmp_path / "out" / "study.yaml").read_text()
