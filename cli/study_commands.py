@@ -14,21 +14,40 @@ from typing import Annotated
 import typer
 
 from zenvoy.cli import exits
-from zenvoy.cli.options import Bus, DurationOption, engine_of, scenario_of
+from zenvoy.cli.options import Bus, DurationOption, EngineName, choice_of, scenario_of
 from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.requests import interruptible
+
+JobsOption = Annotated[
+    int | None, typer.Option(min=1, max=1_000, help="Processes at a time [default: one per core].")
+]
+EngineOption = Annotated[
+    EngineName | None,
+    typer.Option(
+        help="What runs them; what arrays do not run goes in process, also with auto "
+        "[default: arrays]."
+    ),
+]
+BusOption = Annotated[
+    Bus | None, typer.Option(help="Older spelling of --engine; zenoh stands for processes.")
+]
 
 
 def reproduce(
     seeds: Annotated[
         int, typer.Option(min=2, max=10_000, help="Number of seeds per case: 1, 2, and so on.")
     ] = 30,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
-    ] = None,
-    bus: Annotated[
-        Bus, typer.Option(help="One process per run, or one process per vehicle on Zenoh.")
-    ] = Bus.IN_PROCESS,
+    jobs: JobsOption = None,
+    engine: EngineOption = None,
+    bus: BusOption = None,
+    fingerprints: Annotated[
+        bool,
+        typer.Option(
+            "--fingerprints",
+            help="Also list the fingerprint of every run, which arrays do not need for the rest.",
+        ),
+    ] = False,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/reproduction"),
     runs: Annotated[
         Path, typer.Option(help="Folder of the finished runs; they are not run again.")
@@ -42,9 +61,19 @@ def reproduce(
     from zenvoy.studies.paper import reproduce
     from zenvoy.studies.study import Study
 
+    chosen = _engine(engine, bus)
     with _studying(duration_s, out, runs) as at_a_time:
-        study = Study(folder=runs, engine=engine_of(bus), jobs=jobs or at_a_time, on_line=_print)
-        command = _command(f"zenvoy reproduce --seeds {seeds} --bus {bus.value}", duration_s)
+        study = Study(
+            folder=runs,
+            engine=chosen,
+            jobs=jobs or at_a_time,
+            fingerprints=fingerprints,
+            on_line=_print,
+        )
+        with_fingerprints = " --fingerprints" if fingerprints else ""
+        command = _command(
+            f"zenvoy reproduce --seeds {seeds} --engine {chosen}{with_fingerprints}", duration_s
+        )
         for path in reproduce(study, seeds=seeds, duration_s=duration_s, out=out, command=command):
             _print(str(path))
 
@@ -53,9 +82,9 @@ def degradation(
     seeds: Annotated[
         int, typer.Option(min=1, max=10_000, help="Number of seeds per point: 1, 2, and so on.")
     ] = 3,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
-    ] = None,
+    jobs: JobsOption = None,
+    engine: EngineOption = None,
+    bus: BusOption = None,
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("docs/degradation"),
     runs: Annotated[
         Path, typer.Option(help="Folder of the finished runs; they are not run again.")
@@ -69,13 +98,22 @@ def degradation(
     from zenvoy.studies.degradation import degradation
     from zenvoy.studies.study import Study
 
+    chosen = _engine(engine, bus)
     with _studying(duration_s, out, runs) as at_a_time:
-        study = Study(folder=runs, jobs=jobs or at_a_time, on_line=_print)
-        command = _command(f"zenvoy degradation --seeds {seeds}", duration_s)
+        study = Study(folder=runs, engine=chosen, jobs=jobs or at_a_time, on_line=_print)
+        command = _command(f"zenvoy degradation --seeds {seeds} --engine {chosen}", duration_s)
         for path in degradation(
             study, seeds=seeds, duration_s=duration_s, out=out, command=command
         ):
             _print(str(path))
+
+
+def _engine(engine: EngineName | None, bus: Bus | None) -> Engine:
+    """Return the engine that the options ask for."""
+    if engine is None and bus is None:
+        return "arrays"
+    chosen = choice_of(engine, bus)
+    return "arrays" if chosen == "auto" else chosen
 
 
 def _print(text: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,10 +12,13 @@ from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.load import Run, in_memory
 from zenvoy.analysis.log.reading import TABLES
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, RADAR, TRUTH
+from zenvoy.bus.agent import Log
+from zenvoy.bus.log_format import Fingerprint
+from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, RADAR, TRUTH, Topic
 from zenvoy.fleet.arrays.batch import Batch, Cycle
 from zenvoy.fleet.arrays.columns import Array, Column, columns_of, needs_whole
 from zenvoy.fleet.arrays.happenings import Happenings
+from zenvoy.fleet.arrays.log import RunLog
 from zenvoy.fleet.labels import metadata_without_log
 from zenvoy.scenarios import Loaded, Scenario
 
@@ -24,8 +27,8 @@ Wanted = Mapping[str, Sequence[str]]
 
 Columns = dict[str, dict[str, Column]]
 
-LIMIT_BYTES: Final = 256 << 20
-"""Memory for the columns of a batch; docs/arrays.md gives the figure."""
+LIMIT_BYTES: Final = 320 << 20
+"""Memory for the columns of a batch: 30 runs of the paper, of which a digest is made, fit in."""
 
 _DTYPES: Final = {
     topic: codec.fields() for topic, codec in TABLES.items() if topic != CLOCK.log_name
@@ -33,23 +36,37 @@ _DTYPES: Final = {
 
 
 def run_batch(
-    runs: Sequence[Loaded], wanted: Wanted, *, limit_bytes: int = LIMIT_BYTES
+    runs: Sequence[Loaded],
+    wanted: Wanted,
+    *,
+    fingerprints: bool = False,
+    limit_bytes: int = LIMIT_BYTES,
 ) -> Iterator[Run]:
     """Yield the runs of scenarios that differ in nothing but their seed, in their order.
 
     Their tables have `cycle`, `time_ns` and the columns that are wanted, bit by bit as a log of the
     in-process bus has them; their events, too. At most `limit_bytes` are held at a time: what is
     wanted is split into batches, and a batch is freed when none of its runs is used any more.
+    fingerprints: make every message that a log would have, and so each run's fingerprint, which
+    takes many times as long.
 
-    Raises ValueError for a column that these runs do not have, and LawError where a law fails.
+    Raises ValueError for a column that these runs do not have, LawError where a law fails, and
+    NotCoveredError where only arrays fail.
     """
-    scenario = runs[0].scenario
     columns = _wanted([loaded.scenario for loaded in runs], wanted)
-    most = max(1, limit_bytes // bytes_of_run(scenario, wanted))
+    for some in parts(runs, wanted, limit_bytes):
+        yield from _one_batch(some, columns, fingerprints)
+
+
+def parts(
+    runs: Sequence[Loaded], wanted: Wanted, limit_bytes: int = LIMIT_BYTES
+) -> list[Sequence[Loaded]]:
+    """Return the runs in parts of about equal size, of which none takes more than the limit."""
+    most = max(1, limit_bytes // bytes_of_run(runs[0].scenario, wanted))
     count = math.ceil(len(runs) / most)
-    for part in range(count):
-        some = runs[part * len(runs) // count : (part + 1) * len(runs) // count]
-        yield from _one_batch(some, columns)
+    return [
+        runs[part * len(runs) // count : (part + 1) * len(runs) // count] for part in range(count)
+    ]
 
 
 def bytes_of_run(scenario: Scenario, wanted: Wanted) -> int:
@@ -77,10 +94,14 @@ def _dtype(topic: str, name: str) -> np.dtype[np.generic]:
     return fields[name][0] if name in fields else np.dtype(np.float64)
 
 
-def _one_batch(runs: Sequence[Loaded], columns: Columns) -> Iterator[Run]:
+def _one_batch(runs: Sequence[Loaded], columns: Columns, fingerprints: bool) -> Iterator[Run]:
     scenario = runs[0].scenario
-    whole = any(needs_whole(topic, name) for topic, names in columns.items() for name in names)
+    whole = fingerprints or any(
+        needs_whole(topic, name) for topic, names in columns.items() for name in names
+    )
     batch = Batch([loaded.scenario for loaded in runs], whole=whole)
+    prints = [Fingerprint() for _ in runs] if fingerprints else []
+    logs = [RunLog(batch, run, _into(one)) for run, one in enumerate(prints)]
     filled = _Filled(scenario, len(runs), columns)
     happenings = Happenings(scenario, len(runs))
     events: list[list[pb.Event]] = [[] for _ in runs]
@@ -92,6 +113,8 @@ def _one_batch(runs: Sequence[Loaded], columns: Columns) -> Iterator[Run]:
     for cycle in batch.cycles():
         time_ns = cycle.number * scenario.period_ns
         filled.take(cycle)
+        for log in logs:
+            log.take(cycle)
         step(time_ns, cycle.collided)
         if cycle.decisions is not None:
             happenings.decide(cycle.decisions.mode, time_ns + scenario.v2v_wait_ns)
@@ -113,7 +136,15 @@ def _one_batch(runs: Sequence[Loaded], columns: Columns) -> Iterator[Run]:
                 happenings.lookahead,
             ),
             events=events[run],
+            fingerprint=prints[run].hexdigest() if fingerprints else None,
         )
+
+
+def _into(fingerprint: Fingerprint) -> Log:
+    def add(topic: Topic[Any], time_ns: int, payload: bytes) -> None:
+        fingerprint.add(topic.log_name, time_ns, payload)
+
+    return add
 
 
 class _Filled:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -23,6 +23,7 @@ from zenvoy.studies.cell import Cell
 from zenvoy.studies.study import Study
 
 _CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
+_FINGERPRINTS: Final = "fingerprints.csv"
 _OPEN_SEEDS: Final = 5  # the open road supplements the ring, with fewer seeds
 _CONTROLLED: Final = {"FM": "03", "BCM": "07", "MBCM": "11", "PBCM": "15"}  # 10 %, 0.1 s
 _OLD: Final = ("control.neighbour_state=position", "control.v2v_wait_ms=0")
@@ -85,7 +86,26 @@ def reproduce(
         runs={label: tuple(digests[cell] for cell in of_label) for label, of_label in cells.items()}
     )
     out.mkdir(parents=True, exist_ok=True)
-    return write_whole(out, _files(evidence, command, digests))
+    files = _files(evidence, command, digests)
+    if _says_more(out / _FINGERPRINTS, files.get(_FINGERPRINTS, b"")):
+        files.pop(_FINGERPRINTS, None)
+    return write_whole(out, files)
+
+
+def _says_more(path: Path, new: bytes) -> bool:
+    """Whether the sheet of fingerprints at `path` has more rows than a new one."""
+    try:
+        return path.read_bytes().count(b"\n") > new.count(b"\n")
+    except OSError:
+        return False
+
+
+def _about_fingerprints(digests: Mapping[Cell, Digest]) -> str:
+    count = sum(bool(run.facts["fingerprint"]) for run in digests.values())
+    if not count:
+        return ""
+    of = "every run" if count == len(digests) else f"{count} of them"
+    return f" `{_FINGERPRINTS}` lists the fingerprint of {of}."
 
 
 def _by_seed(cell: Cell) -> tuple[int, bool]:
@@ -93,7 +113,7 @@ def _by_seed(cell: Cell) -> tuple[int, bool]:
 
 
 def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dict[str, bytes]:
-    found = sheets(evidence)
+    found = [sheet for sheet in sheets(evidence) if sheet.rows]
     drawings = {picture: drawn(picture) for picture in pictures(evidence)}
     files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in found}
     for picture, drawing in drawings.items():
@@ -101,8 +121,8 @@ def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dic
         files[f"{picture.name}.svg"] = drawing.svg
     how = [
         f"Written by `{command}` of Zenvoy {version('zenvoy')}: {len(digests)} runs. Values are"
-        " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t);"
-        " `fingerprints.csv` lists the fingerprint of every run.",
+        " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t)."
+        f"{_about_fingerprints(digests)}",
     ]
     readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
     readme += ["`claims.md` compares each claim of the paper with the measurements.", ""]

@@ -192,11 +192,13 @@ def in_memory(
     end: str,
     tables: Mapping[str, Table],
     events: list[pb.Event],
+    fingerprint: str | None = None,
 ) -> Run:
     """Return a run that was not logged.
 
     `tables` holds truth, radar, estimate and command by topic, each with `cycle`, `time_ns` and
-    those columns that are known. Such a run has no fingerprint, no wall time and no frames.
+    those columns that are known. `fingerprint` is that of the log which the run would have, where
+    it is known. Such a run has no wall time and no frames.
     """
     truth = tables[TRUTH.log_name]
     described = own_laws(scenario)
@@ -207,6 +209,7 @@ def in_memory(
             "end": end,
             "cycles": str(truth["cycle"][-1]),
             "simulated_s": simulated_s(int(truth["time_ns"][-1])),
+            **({} if fingerprint is None else {"fingerprint": fingerprint}),
         },
         repair={},
         laws=own_laws_in(laws),

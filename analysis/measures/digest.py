@@ -22,9 +22,17 @@ from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import versions_of
+from zenvoy.bus.topics import ESTIMATE, RADAR, TRUTH
 from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
+
+COLUMNS: Final = {
+    TRUTH.log_name: ("position", "speed"),
+    RADAR.log_name: ("gap", "speed"),
+    ESTIMATE.log_name: ("ahead_gap", "speed"),
+}
+"""The columns of a run that a digest is made of, by topic."""
 
 _STANDS_MPS: Final = 0.1
 # Agreement with the truth is computed over the whole run, and while the braking has an effect.

@@ -154,10 +154,11 @@ def _fingerprints(evidence: Evidence) -> Sheet:
         (label, run.facts["seed"], run.facts["cycles"], run.facts["fingerprint"])
         for label, runs in evidence.runs.items()
         for run in runs
+        if run.facts["fingerprint"]
     ]
     return Sheet(
         name="fingerprints",
-        title="Fingerprint of every run.",
+        title="Fingerprint of every run that has one.",
         columns=("run", "seed", "cycles", "fingerprint"),
         rows=tuple(rows),
     )

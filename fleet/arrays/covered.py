@@ -10,8 +10,11 @@ from zenvoy.laws import builtin, law_of
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
 from zenvoy.vehicles.arrays.beaconing import RULES
+from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.trial import fault_on_arrays
+
+__all__ = ["NotCoveredError", "uncovered"]
 
 
 def uncovered(scenario: Scenario) -> list[str]:

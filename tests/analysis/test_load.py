@@ -274,3 +274,11 @@ events: [{vehicle: 1, at_s: 0.5, duration_s: 5, deceleration_mps2: 9}]
     assert MessageToDict(last)["kind"] == "EVENT_STOPPED"
     assert run.notes == (f"the run was stopped at {run.time_s[-1]:g} s of 20 s: collision",)
     assert any(event.kind == pb.EVENT_COLLISION for event in run.events)
+
+
+def test_notes_on_the_scenario_keep_their_lines(tmp_path: Path) -> None:
+    two = "duration_s: 3\nfleet: {size: 3}\ncontrol: {schedule: [{at_s: 9, model: BCM}]}\n"
+    two += "events: [{vehicle: 1, at_s: 9, duration_s: 1, deceleration_mps2: 2}]\n"
+    notes = load(write_log(tmp_path / "run.mcap", two)).notes
+    assert len(notes) == 2
+    assert all(note.startswith("the scenario: ") for note in notes)
