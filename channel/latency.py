@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.keyed_random.draws import Seeds
+from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.rows import Rows
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
-
-_LAST: Final = 1.0 - 2.0**-53  # no draw is greater
 
 
 class Latencies:
@@ -36,7 +33,7 @@ class Latencies:
         self._delays = distribution.quantile(latency, technology_ms)
         self._offsets = SenderOffsets(latency.sender_offset, seeds, number)
         self.least_ns = int(self._delays(np.zeros(1))[0])  # quantile functions never fall
-        self.greatest_ns = None if self._offsets.used else int(self._delays(np.array([_LAST]))[0])
+        self.greatest_ns = None if self._offsets.used else greatest_ns(self._delays)
         self.ordered = not latency.reorder
         self.draws = not distribution.constant(technology_ms)
 

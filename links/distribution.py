@@ -101,3 +101,10 @@ def constant_delays(delay_ms: float) -> Delays:
     """Return the quantile function of one latency for all."""
     delay_ns = round(delay_ms * _NS_PER_MS)
     return lambda draws: np.full(draws.shape, delay_ns)
+
+
+def greatest_ns(delays: Delays) -> int | None:
+    """Return the greatest latency that can be drawn, ns; None where 64 bits do not hold it."""
+    with np.errstate(invalid="ignore"):
+        greatest = int(delays(np.array([_BELOW_ONE]))[0])
+    return greatest if greatest >= 0 else None

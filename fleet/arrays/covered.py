@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from zenvoy.laws import builtin, law_of
+from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
 from zenvoy.vehicles.arrays.beaconing import RULES
@@ -102,6 +102,6 @@ def _of_memory(scenario: Scenario) -> Iterator[str]:
 
 
 def _greatest_ns(latency: Latency, technology_ms: tuple[float, float]) -> float:
-    last = np.array([1.0 - 2.0**-53])
     delays = distributions()[latency.distribution].quantile(latency, technology_ms)
-    return float(delays(last)[0]) + latency.sender_offset.max_ms * 1e6
+    greatest = greatest_ns(delays)
+    return math.inf if greatest is None else greatest + latency.sender_offset.max_ms * 1e6

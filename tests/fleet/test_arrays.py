@@ -81,6 +81,10 @@ BUILT_IN: Final = {
     "probe": ("probes/pbcm", ()),
     "unicast": ("technologies/5g-mmwave", ()),
     "stopped by a collision": ("paper/case-01", ("on_collision=stop", "control.gains.k_d=3")),
+    "latency without bounds": (
+        "paper/case-15",
+        ("channel.latency={distribution: pareto, min_ms: 5, mean_ms: 12}",),
+    ),
     "old beacons": ("paper/case-15", ("channel.loss.p=0.9",)),
 }
 
