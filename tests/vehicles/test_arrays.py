@@ -118,3 +118,19 @@ def test_a_law_that_fails_on_one_of_many_is_blamed_on_that_vehicle() -> None:
     with pytest.raises(LawError, match="law mine returned nan") as caught:
         decider.decide(0, [(Controller(law, Limit(), 64), ALL)], view, aims, lambda *_: speed)
     assert caught.value.process == "vehicle-07"
+
+
+def test_a_filter_that_begins_late_finds_the_others_as_they_are() -> None:
+    """One has missed a measurement by then, and goes on by itself."""
+    r = np.ones((2, 1))
+    together = Covariances(PERIOD_S, SIGMA, 2, 2)
+    alone = [Filter(PERIOD_S, SIGMA) for _ in range(2)]
+    first, second = np.array([0]), np.array([1])
+    together.start(first, r)
+    together.step(first, np.array([3]), r)
+    together.start(second, r)
+    together.step(ALL, 1, np.ones((2, 2)))
+    for filter_, missed in zip(alone, ([0, 3, 1], [0, 1]), strict=True):
+        for periods in missed:
+            filter_.step([0.0] * periods, (37.5, 0.0), (1.0, 1.0))
+    assert together.std().tolist() == np.array([one.std for one in alone]).T.tolist()

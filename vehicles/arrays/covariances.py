@@ -24,7 +24,8 @@ class Covariances:
         self._table = gain_table(period_s, acceleration_std, size)
         self._variances = np.zeros((size, count))
         self._point = np.full(count, -1, dtype=np.int64)  # on the graph; -1: off it
-        self._off = 0  # how many are off it
+        self._left = np.zeros(count, dtype=np.bool_)  # who has begun, and left it
+        self._off = 0  # how many these are
         self._P: Floats = np.zeros((size, size, count))  # of those that are off it
         self._settled = np.zeros(count, dtype=np.bool_)  # likewise
         self.K: Floats = np.zeros((size, size, count))
@@ -33,7 +34,8 @@ class Covariances:
         """Begin with a first measurement of these variances, (size, r): P = R."""
         self._variances[:, rows] = variances
         points = self._point[rows]
-        self._off -= int(np.count_nonzero(points < 0)) if self._off else 0
+        self._off -= int(np.count_nonzero(self._left[rows]))
+        self._left[rows] = False
         found: dict[tuple[float, ...], int] = {}
         for at, key in enumerate(zip(*variances.tolist(), strict=True)):
             if key not in found:
@@ -100,6 +102,7 @@ class Covariances:
         points = self._point[rows]
         self._P[:, :, rows] = self._table.P[:, :, points]
         self._settled[rows] = False
+        self._left[rows] = True
         self._off += len(points)
         self._point[rows] = -1
 
