@@ -109,7 +109,9 @@ def bases(folder: Path) -> list[Base]:
         for name, scenario in _SCENARIOS.items()
     ]
     interrupted = folder / "interrupted.mcap"
-    paths.append(write_log(interrupted, _SCENARIOS["chain"], until_cycle=12, lost="vehicle-03"))
+    clock = chunk_every(1_000)  # one chunk, and the same bytes in every process
+    chain = _SCENARIOS["chain"]
+    paths.append(write_log(interrupted, chain, until_cycle=12, lost="vehicle-03", clock=clock))
     return [Base(path.read_bytes(), read_log(path)) for path in paths]
 
 
