@@ -58,6 +58,11 @@ def with_data_crc(content: bytes) -> bytes:
     return put_together(records)
 
 
+def chunks_among(records: Iterable[Record]) -> list[int]:
+    """Which of the records are chunks, by their indices."""
+    return [i for i, record in enumerate(records) if record.opcode == Opcode.CHUNK]
+
+
 def chunk_of(record: Record) -> Chunk:
     """The chunk that a record is."""
     chunk: Chunk = Chunk.read(ReadDataStream(BytesIO(record.body)))

@@ -31,7 +31,7 @@ from tests.log_surgery import (
     written_anew,
 )
 from tests.logs import chunk_every, write_log
-from tests.mutated_logs import tried
+from tests.mutated_logs.trial import tried
 from zenvoy.analysis import LogError, load, read_facts
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.log.repair import RepairError, repair
