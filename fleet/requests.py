@@ -48,16 +48,21 @@ def requests_to_end_handled_by(handler: Handler) -> Iterator[None]:
 
 @contextmanager
 def requests_held() -> Iterator[None]:
-    """Block requests to end until the context exits.
+    """Keep requests to end until the context exits; a child forked in it has them blocked.
 
-    Python ignores what a signal handler raises inside a fork hook, so the request would be lost.
+    Python ignores what a signal handler raises inside a fork hook, so the request would be lost. A
+    thread of a library may take a signal that this thread blocks, and Python still runs the handler
+    here: so handlers only take note meanwhile.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    noted: list[int] = []
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS_TO_END)
     try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS_TO_END)
-        yield
+        with requests_to_end_handled_by(lambda number, _: noted.append(number)):
+            yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number in noted:
+            signal.raise_signal(number)
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:

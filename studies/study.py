@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import shutil
-import signal
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, as_completed
@@ -17,12 +16,13 @@ from zenvoy.analysis.measures.digest import COLUMNS, Digest, digest
 from zenvoy.fleet.arrays.covered import NotCoveredError, uncovered
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, make_folder
+from zenvoy.fleet.requests import requests_held
 from zenvoy.fleet.run import run
-from zenvoy.fleet.spawn import die_with
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Loaded, Scenario
 from zenvoy.studies.batches import parts, run_batch
 from zenvoy.studies.cell import Cell, key_of
+from zenvoy.studies.worker import be_worker
 
 _DIGEST = "digest.npz"
 
@@ -112,11 +112,12 @@ class Study:
         pool = ProcessPoolExecutor(
             self.jobs,
             multiprocessing.get_context("fork"),
-            initializer=_be_worker,
+            initializer=be_worker,
             initargs=(os.getpid(),),
         )
         try:
-            futures: dict[Future[str], Task] = {pool.submit(_make, task): task for task in tasks}
+            with requests_held():  # the pool forks its workers here
+                futures = {pool.submit(_make, task): task for task in tasks}
             done = ((futures[one], _result_of(one, futures[one])) for one in as_completed(futures))
             self._report(tasks, done)
         except BaseException:
@@ -194,11 +195,3 @@ def _result_of(future: Future[str], task: Task) -> str:
         raise StudyError(
             f"{cell.scenario}, seed {cell.seed}: a process of the study died"
         ) from error
-
-
-def _be_worker(parent: int) -> None:
-    """Die with the parent, and leave signals from the terminal to it."""
-    die_with(parent, signal.SIGKILL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)

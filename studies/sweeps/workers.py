@@ -11,7 +11,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
 from typing import Any, Generic, TypeVar
 
-from zenvoy.fleet.spawn import die_with
+from zenvoy.fleet.requests import requests_held
+from zenvoy.studies.worker import be_worker
 
 T = TypeVar("T")
 
@@ -38,7 +39,8 @@ def each_done(tasks: Sequence[T], do: Callable[[T], None], jobs: int) -> Iterato
             while len(running) < jobs and (task := next(ahead, None)) is not None:
                 reader, writer = context.Pipe(duplex=False)
                 child = context.Process(target=_work, args=(do, task, writer, os.getpid()))
-                child.start()
+                with requests_held():
+                    child.start()
                 writer.close()
                 running[child.sentinel] = (child, reader, task)
             ended = wait(list(running))
@@ -71,13 +73,9 @@ def _died(code: int | None) -> str | None:
 
 
 def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int) -> None:
-    die_with(parent, signal.SIGKILL)
-    # Signals from the terminal are for the parent, which kills this process.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    be_worker(parent)
     try:
         do(task)
-    except Exception as error:  # noqa: BLE001  # whatever it is, it is told, and the rest goes on
+    except Exception as error:  # noqa: BLE001  # a failed task, whatever failed, must not end the others
         text = str(error) or type(error).__name__
         writer.send(" ".join(text.split()))

@@ -1,0 +1,46 @@
+"""Processes that work for a study: a request to end is not lost while one is forked."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.fork_strike import strike_at_fork
+from zenvoy.fleet.requests import REQUESTS_TO_END, interruptible
+from zenvoy.studies.cell import Cell
+from zenvoy.studies.study import Study
+from zenvoy.studies.sweeps.workers import each_done
+
+CELLS: Final = [Cell(scenario="quickstart", seed=seed, duration_s=1.0) for seed in (1, 2)]
+
+
+def _nothing(_task: int) -> None:
+    """Do a task."""
+
+
+@pytest.mark.parametrize("number", REQUESTS_TO_END)
+def test_a_request_during_the_fork_of_a_task_ends_the_sweep(number: signal.Signals) -> None:
+    with pytest.raises(KeyboardInterrupt), interruptible(), strike_at_fork(number):
+        list(each_done(range(3), _nothing, 1))
+
+
+@pytest.mark.parametrize("number", REQUESTS_TO_END)
+def test_a_request_during_the_fork_of_a_worker_ends_the_study(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    with pytest.raises(KeyboardInterrupt), interruptible(), strike_at_fork(number):
+        Study(folder=tmp_path, engine="in-process").run(CELLS)
+
+
+def _end_itself(_task: int) -> None:
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def test_a_worker_takes_signals_again() -> None:
+    """Requests are blocked while it is forked."""
+    (done,) = each_done([0], _end_itself, 1)
+    assert done.failure == "its process was killed by SIGTERM"
