@@ -11,6 +11,8 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import libsumo as sumo
+
 STEP_S = 0.1
 GAP_M = 37.5
 SPEED_MPS = 30.0
@@ -41,8 +43,6 @@ def routes(vehicles: int) -> str:
 
 def rate(vehicles: int, duration_s: float, *, commands: bool) -> float:
     """Return vehicle-seconds per second of CPU; commands: each speed is read and set each step."""
-    import libsumo as sumo  # noqa: PLC0415  # installed by `make bench` alone
-
     with tempfile.TemporaryDirectory(prefix="zenvoy-sumo-") as folder:
         net, route = Path(folder, "net.xml"), Path(folder, "routes.xml")
         net.write_text(NET.format(ROAD_M))

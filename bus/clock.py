@@ -20,7 +20,7 @@ def pause() -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    time.sleep(0.0002)  # the caller polls again afterwards, whatever has come
+    time.sleep(0.0002)  # bounds the load of polling; no result depends on how long it takes
 
 
 @dataclass(frozen=True, slots=True)

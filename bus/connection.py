@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ class Wiring:
     shared_processes: tuple[VehicleProcess, ...] = ()  # those that run several vehicles each
 
 
-class Connection:
+class Connection(ABC):
     """Subscriptions, publications and readiness of one participant.
 
     Use it as a context. Entering returns when each of its publications has a reader, and when each
@@ -217,13 +218,12 @@ class Connection:
                 handler = self._handler(topic)
                 self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
+    @abstractmethod
     def _handler(self, topic: Topic[Any]) -> Any:
         """Return where Zenoh puts the samples of a topic: a queue or a callback.
 
-        This is the first of three hooks. ZenohBus and RealtimeBus each define it. They may also
-        define `_blame` and `_stuck`.
+        ZenohBus and RealtimeBus each define it. They may also extend `_blame` and `_idle`.
         """
-        raise NotImplementedError  # no ABC: it must not have the optional hook _stuck (ruff B027)
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.realtime else zenoh.CongestionControl.BLOCK
@@ -277,7 +277,7 @@ class Connection:
     def _blame(self, in_any_case: bool) -> Blame | None:
         """Return what this process waits for; None if another process should report the stall.
 
-        This is the second hook. It is called when a wait has lasted for the stall limit. Before the
+        It is called when a wait has lasted for the stall limit. Before the
         first step, the process waits for a reader or for the start of another process.
         """
         return self._awaited
@@ -292,11 +292,8 @@ class Connection:
         )
 
     def _idle(self) -> None:
+        """Act when a wait goes on for long."""
         self.on_idle()
-        self._stuck()
-
-    def _stuck(self) -> None:
-        """Act when a wait goes on for long. This is the third hook; by default it does nothing."""
 
     def _owners_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
         """Return the vehicle (0: none), or the set of vehicles, of each key that it reads."""

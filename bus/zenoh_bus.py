@@ -81,12 +81,13 @@ class ZenohBus(Connection):
             self._note_tokens()
         return found
 
-    def _stuck(self) -> None:
-        """Empty the queues that are not read, as a full one may block Zenoh.
+    def _idle(self) -> None:
+        """Empty the queues that are not read, too, as a full one may block Zenoh.
 
         The awaited queue is left alone: `_collect` blocks on it, and would not notice a message
         that is taken from it here until the next one comes.
         """
+        super()._idle()
         for _ in range(_MAX_ROUNDS):
             if not self._empty_queues(but=self._awaited_topic):
                 break

@@ -17,8 +17,12 @@ from zenvoy.scenarios.schema.scenario import Scenario
 class _Representer(SafeRepresenter):
     """Quotes all text but plain words, because ruamel leaves some unquoted that YAML misreads.
 
-    Each list of numbers takes one line.
+    Each list of numbers takes one line, and keys stay in the order of the schema.
     """
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.sort_base_mapping_type_on_output = False
 
     def represent_str(self, data: str) -> ScalarNode:
         style = None if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", data) else '"'
@@ -39,7 +43,6 @@ def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]  # the stub allows None only
     yaml.allow_unicode = not ascii_only
     yaml.width = 2**31  # no folded lines
     stream = StringIO()

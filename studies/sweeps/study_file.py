@@ -159,14 +159,14 @@ def _axes(node: Node | None) -> tuple[dict[str, Axis], list[Problem]]:
     found: dict[str, Axis] = {}
     problems: list[Problem] = []
     entries = node.value if node is not None and isinstance(node.value, dict) else {}
-    for key, one in entries.items():
+    for key, written in entries.items():
         path = ("axes", key)
         if key in _OWN_KEYS:
             text = f"is no axis; use the key {_OWN_KEYS[key]} of the study"
-            problems.append(Problem(key=".".join(path), text=text, place=one.place))
+            problems.append(Problem(key=".".join(path), text=text, place=written.place))
             continue
-        if isinstance(one.value, tuple):  # short for {values: [...]}
-            one = Node({"values": one}, one.place)  # noqa: PLW2901
+        is_list = isinstance(written.value, tuple)  # short for {values: [...]}
+        one = Node({"values": written}, written.place) if is_list else written
         kind = _kind(one, path)
         if isinstance(kind, Problem):
             problems.append(kind)
