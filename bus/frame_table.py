@@ -13,7 +13,7 @@ from zenvoy.bus.packed import PackedCodec
 FRAMES_CODEC: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 """Encodes and decodes a pb.Frames."""
 
-_PER_ROW: Final = (
+FRAME_COLUMNS: Final = (
     "source",
     "destination",
     "sequence",
@@ -23,6 +23,7 @@ _PER_ROW: Final = (
     "distance",
     "outcome",
 )
+"""Fields of a pb.Frames with one number per frame and receiver. `hops` has as many, or none."""
 
 
 class FrameTable(NamedTuple):
@@ -43,7 +44,7 @@ def frame_table(payload: bytes) -> FrameTable:
     """Decode a serialized pb.Frames; raises ValueError where its columns do not go together."""
     columns = FRAMES_CODEC.decode(payload)
     rows = len(columns["source"])
-    if any(len(columns[name]) != rows for name in _PER_ROW):
+    if any(len(columns[name]) != rows for name in FRAME_COLUMNS):
         raise ValueError("columns of frames differ in length")
     if len(columns["hops"]) not in {0, rows}:
         raise ValueError(f"{len(columns['hops'])} hops of {rows} frames")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.columns import Table
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.frame_table import FRAME_COLUMNS
 from zenvoy.bus.topics import TRUTH
 
 _LARGEST_VALUE: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
@@ -19,14 +20,6 @@ _LATEST_NS: Final = 1 << 60  # 36 years
 _MODES: Final = set(pb.Mode.values()) - {pb.MODE_OWN}
 _MOST_MODES: Final = 128
 _OPTIONAL: Final = {"neighbours"}  # columns that not every run has
-_FRAME_COLUMNS: Final = (
-    "destination",
-    "sequence",
-    "sent_ns",
-    "arrived_ns",
-    "latency_ns",
-    "distance",
-)
 # Topics in which no number is ever missing. A command that never came, in real time, is all NaN.
 _COMPLETE: Final = {TRUTH.log_name}
 # Columns of /realtime with a number per vehicle, and with a number per frame.
@@ -61,7 +54,7 @@ def _reading_fault(name: str, column: NDArray[Any], now_ns: NDArray[Any]) -> str
 def frames_fault(table: Table, vehicles: int) -> str | None:
     """Return what is wrong with the frames of a cycle."""
     rows = len(table["source"])
-    for name in (*_FRAME_COLUMNS, "outcome"):
+    for name in FRAME_COLUMNS:
         if len(table[name]) != rows:
             return f"{name} has {len(table[name])} numbers in a message, but source has {rows}"
     for name, sizes in (("hops", {0, rows}), ("busy_ratio", {0, vehicles})):
