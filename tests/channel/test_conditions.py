@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from tests.refused import refused
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
@@ -28,8 +29,6 @@ from zenvoy.scenarios import (
     Loss,
     Rule,
     Scenario,
-    ScenarioError,
-    load,
     technologies,
 )
 
@@ -273,9 +272,5 @@ def test_only_ordered_frames_are_held(arrivals: list[tuple[int, int, bool]]) -> 
     ],
 )  # fmt: skip
 def test_refusals(tmp_path: Path, channel: str, line: str) -> None:
-    path = tmp_path / "s.yaml"
-    path.write_text(f"channel: {channel}\n")
-    with pytest.raises(ScenarioError) as error:
-        load(path)
-    (found,) = str(error.value).splitlines()
+    (found,) = refused(tmp_path, f"channel: {channel}\n")
     assert found.startswith(line)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
+from tests.refused import refused
 from zenvoy.channel.latency import Latencies
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.keyed_random.draws import Purpose, Seeds, uniforms
@@ -231,14 +232,6 @@ def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
 # In a scenario.
 
 
-def refused(tmp_path: Path, channel: str) -> list[str]:
-    path = tmp_path / "s.yaml"
-    path.write_text(f"channel: {channel}\n")
-    with pytest.raises(ScenarioError) as error:
-        load(path)
-    return str(error.value).splitlines()
-
-
 @pytest.mark.parametrize(
     ("latency", "line"),
     [
@@ -287,7 +280,7 @@ def refused(tmp_path: Path, channel: str) -> list[str]:
     ],
 )
 def test_refusals(tmp_path: Path, latency: str, line: str) -> None:
-    (found,) = refused(tmp_path, f"{{latency: {latency}}}")
+    (found,) = refused(tmp_path, f"channel: {{latency: {latency}}}\n")
     assert found.startswith(line)
     assert "s.yaml" in found
 

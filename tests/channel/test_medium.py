@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tests.logs import write_log
+from tests.refused import refused
 from zenvoy.analysis import load as load_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.channel.access import busy_ratio, collided
@@ -21,7 +22,7 @@ from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import SLOT_NS, Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.rehearsal import rehearse
 from zenvoy.links.rows import Rows
-from zenvoy.scenarios import Channel, Fleet, Medium, Road, Scenario, ScenarioError, load
+from zenvoy.scenarios import Channel, Fleet, Medium, Road, Scenario
 
 Ints = NDArray[np.int64]
 
@@ -277,9 +278,5 @@ def test_the_log_tells_how_busy_it_was(tmp_path: Path) -> None:
     ],
 )
 def test_refusals(tmp_path: Path, channel: str, line: str) -> None:
-    path = tmp_path / "s.yaml"
-    path.write_text(f"channel: {channel}\n")
-    with pytest.raises(ScenarioError) as error:
-        load(path)
-    (found,) = str(error.value).splitlines()
+    (found,) = refused(tmp_path, f"channel: {channel}\n")
     assert found.startswith(line)

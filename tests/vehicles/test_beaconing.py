@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.logs import write_log
+from tests.refused import refused
 from zenvoy.analysis import load as load_log
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import Beacons, Estimator, Scenario, ScenarioError, Sensors, load
+from zenvoy.scenarios import Beacons, Estimator, Scenario, Sensors
 from zenvoy.vehicles.beaconing import EtsiCam, EveryNth, beaconing
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.motion import Motion
@@ -165,14 +166,10 @@ def test_errors_of_readings_trigger_nothing() -> None:
 
 
 def test_refusals(tmp_path: Path) -> None:
-    path = tmp_path / "s.yaml"
     for text, line in [
         ("{rule: cam}", "beacons.rule: 'cam' is not one of every-cycle, every-nth, etsi-cam"),
         ("{every: 3}", "beacons.every: 3 is given, but beacons.rule is every-cycle; allowed: 1"),
         ("{rule: every-nth, every: 0}", "beacons.every: 0 is not in [1, 1000]"),
     ]:
-        path.write_text(f"beacons: {text}\n")
-        with pytest.raises(ScenarioError) as error:
-            load(path)
-        (found,) = str(error.value).splitlines()
+        (found,) = refused(tmp_path, f"beacons: {text}\n")
         assert found.startswith(line)
