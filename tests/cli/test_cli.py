@@ -15,6 +15,7 @@ import pytest
 from mcap.writer import Writer
 
 from tests.conftest import LIMIT_S, Outcome, command, read_log, wait_until, zenvoy
+from tests.interrupted import assert_keeps_its_log
 
 ENDLESS = "{duration_s: 100000, fleet: {size: 3}}"
 TOPICS = (
@@ -291,15 +292,7 @@ def test_an_interrupted_run_in_process_keeps_its_log(
     tmp_path: Path, number: signal.Signals
 ) -> None:
     (tmp_path / "s.yaml").write_text(ENDLESS)
-    with command(tmp_path, "run", "s.yaml", "--out", "o", "--bus", "in-process") as started:
-        started.wait_for_cycles(tmp_path / "o" / "run.mcap")
-        started.send(number)
-        outcome = started.wait()
-    assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
-    log = read_log(tmp_path / "o" / "run.mcap")
-    assert log.whole
-    assert log.result["end"] == "stopped"
-    assert (tmp_path / "o" / "summary.json").exists()
+    assert_keeps_its_log(tmp_path, number, "s.yaml", "--bus", "in-process")
 
 
 def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:

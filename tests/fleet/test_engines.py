@@ -10,7 +10,8 @@ from typing import Any, Final
 import pytest
 
 import zenvoy as api
-from tests.conftest import Outcome, command, read_log, zenvoy
+from tests.conftest import Outcome, read_log, zenvoy
+from tests.interrupted import assert_keeps_its_log
 from zenvoy.analysis.log.load import load
 
 ENGINES: Final = ("in-process", "arrays")
@@ -291,16 +292,8 @@ def test_the_page_has_every_key_that_arrays_do_not_run() -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupted_run_on_arrays_keeps_its_log(here: Path, number: signal.Signals) -> None:
-    run = ("run", "own.yaml", "--duration-s", "100000", "--engine", "arrays", "--out", "o")
-    with command(here, *run) as started:
-        started.wait_for_cycles(here / "o" / "run.mcap")
-        started.send(number)
-        outcome = started.wait()
-    assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
-    log = read_log(here / "o" / "run.mcap")
-    assert log.whole
-    assert log.result["end"] == "stopped"
-    assert (here / "o" / "summary.json").exists()
+    run = ("own.yaml", "--duration-s", "100000", "--engine", "arrays")
+    assert_keeps_its_log(here, number, *run)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

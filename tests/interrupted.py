@@ -1,0 +1,21 @@
+"""Interrupts a run of the `zenvoy` command, and judges what the run leaves."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+from tests.conftest import command, read_log
+
+
+def assert_keeps_its_log(folder: Path, number: signal.Signals, *arguments: str) -> None:
+    """Run with `arguments` in `folder`, and send the signal once the log has reached a cycle."""
+    with command(folder, "run", *arguments, "--out", "o") as started:
+        started.wait_for_cycles(folder / "o" / "run.mcap")
+        started.send(number)
+        outcome = started.wait()
+    assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
+    log = read_log(folder / "o" / "run.mcap")
+    assert log.whole
+    assert log.result["end"] == "stopped"
+    assert (folder / "o" / "summary.json").exists()
