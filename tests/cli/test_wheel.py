@@ -13,27 +13,9 @@ from typing import Final
 
 import pytest
 
+from tests.idm import IDM
+
 ROOT: Final = Path(__file__).parents[2]
-# The Intelligent Driver Model (Treiber, Hennecke and Helbing, 2000) in 15 lines, blank ones aside.
-IDM: Final = """
-from dataclasses import dataclass
-from zenvoy.laws import Law, root
-
-@dataclass(frozen=True)
-class Parameters:
-    T: float = 1.3
-    s0: float = 2.0
-    a: float = 1.4
-    b: float = 2.0
-
-def idm(seen, own):
-    v, gap = seen.speed, seen.ahead.p - 5.0
-    wanted = own.s0 + v * own.T - v * seen.ahead.v / (2.0 * root(own.a * own.b))
-    free = (v / seen.setpoint.v_des) ** 2
-    return own.a * (1.0 - free * free - (wanted / gap) ** 2)
-
-IDM = Law(name="IDM", acceleration=idm, parameters=Parameters)
-"""
 SCENARIO: Final = """
 description: eight vehicles under IDM, the second one brakes
 duration_s: 30
@@ -42,8 +24,8 @@ fleet:
   size: 8
   gap_m: 50
 control:
-  model: "idm:IDM"
-  parameters: {T: 1.2}
+  model: "idm:smith"
+  parameters: {headway_s: 1.3}
   desired_gap_m: 50
 events:
   - {type: brake, vehicle: 2, at_s: 10, duration_s: 2, deceleration_mps2: 3}
@@ -122,7 +104,7 @@ def test_a_law_of_ones_own_runs_with_the_wheel_alone(tmp_path: Path) -> None:
     prints = [next(line for line in text.splitlines() if "fingerprint" in line) for text in told]
     assert prints[0] == prints[1]
     for text in told:
-        assert "idm:IDM#" in text
+        assert "idm:smith#" in text
     where = [str(command.with_name("python")), "-c", "import zenvoy; print(zenvoy.__file__)"]
     found = subprocess.run(where, cwd=place, env=clean, capture_output=True, text=True, check=True)
     assert Path(found.stdout.strip()).is_relative_to(tmp_path / "venv")

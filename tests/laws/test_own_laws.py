@@ -12,6 +12,7 @@ import pytest
 
 import zenvoy as api
 from tests.conftest import zenvoy
+from tests.idm import IDM
 from tests.logs import write_log
 from zenvoy.analysis.compare.pictures import Labelled, colours
 from zenvoy.analysis.log.export import export
@@ -22,29 +23,6 @@ from zenvoy.analysis.theory.of_run import NoTheoryError, theory_of
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.studies.cell import Cell
 
-IDM = """
-from dataclasses import dataclass
-
-from zenvoy.laws import Law, root
-
-
-@dataclass(frozen=True)
-class Parameters:
-    headway_s: float = 1.2
-    a: float = 1.4
-    b: float = 2.0
-    s0: float = 2.0
-
-
-def idm(seen, p):
-    v, gap = seen.speed, seen.ahead.p - 5.0
-    wanted = p.s0 + v * p.headway_s - v * seen.ahead.v / (2.0 * root(p.a * p.b))
-    free = v / seen.setpoint.v_des
-    return p.a * (1.0 - free * free * free * free - (wanted / gap) * (wanted / gap))
-
-
-smith = Law(name="IDM", acceleration=idm, parameters=Parameters, colour="#CC79A7")
-"""
 # A law with all that one may have: both sides, a state, columns, a linear form, random numbers.
 RICH = """
 from dataclasses import dataclass
