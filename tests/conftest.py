@@ -38,6 +38,12 @@ _PR_SET_PDEATHSIG: Final = 1
 _STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
 
 
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder that the tests of a module share."""
+    return tmp_path_factory.mktemp("module")
+
+
 class Logged(NamedTuple):
     """A message of a log."""
 

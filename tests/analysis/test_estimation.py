@@ -43,11 +43,6 @@ events:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("estimation")
-
-
-@pytest.fixture(scope="module")
 def run(folder: Path) -> Run:
     return load(write_log(folder / "pbcm.mcap", PBCM))
 

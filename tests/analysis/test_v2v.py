@@ -53,11 +53,6 @@ DELIVERED, LATE, LOST, OUT = (
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("v2v")
-
-
-@pytest.fixture(scope="module")
 def run(folder: Path) -> Run:
     return load(write_log(folder / "lte.mcap", LTE))
 

@@ -402,11 +402,6 @@ def _yaml(values: Values) -> str:
     return stream.getvalue()
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("split")
-
-
 @settings(deadline=None)
 @given(st.sampled_from(WHOLES), st.data())
 def test_a_scenario_split_at_random_loads_equal_to_the_whole(

@@ -7,7 +7,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from ruamel.yaml import YAML
@@ -146,11 +145,6 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         ),
         events=tuple(draw(st.permutations([*draw(st.lists(brakes, max_size=3)), *speeds]))),
     )
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("properties")
 
 
 def _written(folder: Path, text: str) -> Path:
