@@ -17,6 +17,7 @@ import pytest
 
 from tests.conftest import Command, Log, command, read_log, wait_until
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_format import CHUNK_BYTES
 
 # Far longer than any test waits.
 LONG = """
@@ -185,11 +186,13 @@ def test_a_process_that_is_asked_to_end_by_somebody_else_is_named(
 
 
 def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
-    """A full disk, or rather the limit that a shell can set on the size of files."""
+    """A full disk, or rather the limit that a shell can set on the size of files.
+
+    The first chunk fits, however fast the run is, so that the log has cycles.
+    """
     (tmp_path / "long.yaml").write_text(LONG)
-    with command(
-        tmp_path, "run", "long.yaml", "--out", "out", limit=(resource.RLIMIT_FSIZE, 100_000)
-    ) as started:
+    limit = (resource.RLIMIT_FSIZE, CHUNK_BYTES + 100_000)
+    with command(tmp_path, "run", "long.yaml", "--out", "out", limit=limit) as started:
         started.wait_for_children(NAMES)
         outcome = started.wait()
         assert started.left(0.0) == []
