@@ -397,8 +397,10 @@ def split(draw: st.DrawFn, whole: Values) -> tuple[Values, Values]:
 
 
 def _yaml(values: Values) -> str:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False  # within braces, YAML's own reader refuses its own `?x`
     stream = StringIO()
-    YAML(typ="safe", pure=True).dump(values, stream)
+    yaml.dump(values, stream)
     return stream.getvalue()
 
 
