@@ -1,0 +1,39 @@
+"""Scenarios written into a folder of their own, which is the current one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.refusals import refusal_of
+
+Refusal = Callable[..., str]
+Here = Callable[[str, str], Path]
+
+
+@pytest.fixture
+def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
+    """The message with which a file of this text is refused; the file is s.yaml."""
+    monkeypatch.chdir(tmp_path)
+
+    def refuse(text: str | bytes, *settings: str, **options: Any) -> str:
+        Path("s.yaml").write_bytes(text if isinstance(text, bytes) else text.encode())
+        return refusal_of("s.yaml", *settings, **options)
+
+    return refuse
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Here:
+    """Writes s.yaml and drive.csv into the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text: str, csv: str) -> Path:
+        Path("s.yaml").write_text(text)
+        Path("drive.csv").write_bytes(csv.encode())
+        return Path("s.yaml")
+
+    return write
