@@ -12,6 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, clipped, law_of
 from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT
+from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.time_limit import time_limit
 
 _FOLLOWING: Final = law_of("FM").acceleration
@@ -137,8 +138,12 @@ def cruising(v: float, aim: Aim) -> float:
     0, as the paper's Eq. 5 has it; or, once it has been given a desired speed, what is left of
     FM, with the rate of that speed fed forward, so that a ramp is followed whatever k_c is.
     """
-    setpoint = aim.setpoint
-    return 0.0 if aim.cruise is None else aim.cruise + setpoint.k_c * (setpoint.v_des - v)
+    return 0.0 if aim.cruise is None else driven(v, aim.setpoint, aim.cruise)
+
+
+def driven(v: Number, setpoint: Setpoint, cruise: Number) -> Number:
+    """Acceleration towards the desired speed, which changes by `cruise`, m/s²: floats or arrays."""
+    return cruise + setpoint.k_c * (setpoint.v_des - v)
 
 
 def _follow(ahead: Relative, speed: float, aim: Aim, mode: int) -> Decision:

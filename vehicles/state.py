@@ -9,9 +9,20 @@ from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.motion import Motion
+from zenvoy.vehicles.steps import NS, Number
 
 # Missed periods after which a link starts anew rather than be predicted through the gap.
 GIVE_UP_PERIODS: Final = 100
+
+
+def predicted(
+    p: Number, v: Number, dt: float, front: tuple[Number, Number], rear: tuple[Number, Number]
+) -> Relative:
+    """Return a link's state dt (s) later: floats or arrays.
+
+    front, rear: displacement beyond uniform motion (m) and change of speed (m/s) of its vehicles.
+    """
+    return Relative(p + v * dt + front[0] - rear[0], v + front[1] - rear[1])
 
 
 class LinkState:
@@ -67,10 +78,9 @@ class LinkState:
         if not self._filter.x:
             return None
         p, v = self._filter.x
-        front_dp, front_dv = self._front.over(self.measured_ns, until_ns)
-        rear_dp, rear_dv = self._rear.over(self.measured_ns, until_ns)
-        dt = (until_ns - self.measured_ns) * 1e-9
-        return Relative(p + v * dt + front_dp - rear_dp, v + front_dv - rear_dv)
+        front = self._front.over(self.measured_ns, until_ns)
+        rear = self._rear.over(self.measured_ns, until_ns)
+        return predicted(p, v, (until_ns - self.measured_ns) * NS, front, rear)
 
     def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
         """Mean of each period up to `time_ns`, m/s²."""

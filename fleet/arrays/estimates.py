@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.vehicles.arrays.covariances import Covariances
-from zenvoy.vehicles.arrays.decisions import Decisions, Known
+from zenvoy.vehicles.arrays.decisions import Decisions
 from zenvoy.vehicles.arrays.filters import LinkFilters
 from zenvoy.vehicles.arrays.vehicles import Vehicles
+from zenvoy.vehicles.arrays.view import Known
 
 Array = NDArray[Any]
 

@@ -15,10 +15,11 @@ from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.aims import Schedule
 from zenvoy.vehicles.arrays.covariances import Covariances
-from zenvoy.vehicles.arrays.decisions import Decider, Known, Seen, View
+from zenvoy.vehicles.arrays.decisions import Decider, Occasion
 from zenvoy.vehicles.arrays.errors import ReadingErrors
 from zenvoy.vehicles.arrays.rows import ALL
 from zenvoy.vehicles.arrays.trial import fault_on_arrays
+from zenvoy.vehicles.arrays.view import Known, Seen, View
 from zenvoy.vehicles.decision import Controller
 from zenvoy.vehicles.estimator import Filter, ReadingError
 
@@ -116,7 +117,15 @@ def test_a_law_that_fails_on_one_of_many_is_blamed_on_that_vehicle() -> None:
     aims = Schedule([*roster(scenario), *roster(scenario)]).at(0)
     decider = Decider(count, size, 3.0, PERIOD_S)
     with pytest.raises(LawError, match="law mine returned nan") as caught:
-        decider.decide(0, [(Controller(law, Limit(), 64), ALL)], view, aims, lambda *_: speed)
+        decider.decide(
+            Occasion(
+                cycle=0,
+                in_force=[(Controller(law, Limit(), 64), ALL)],
+                view=view,
+                aims=aims,
+                uniform=lambda *_: speed,
+            )
+        )
     assert caught.value.process == "vehicle-07"
 
 

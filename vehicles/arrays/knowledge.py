@@ -13,7 +13,6 @@ import numpy as np
 from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
-from zenvoy.vehicles.arrays.decisions import Known, Seen
 from zenvoy.vehicles.arrays.filters import LinkFilters, SpeedFilters
 from zenvoy.vehicles.arrays.links import Links, gap_then
 from zenvoy.vehicles.arrays.own import OwnMotion
@@ -21,9 +20,10 @@ from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, everywhere, within
 from zenvoy.vehicles.arrays.timing import Timing
+from zenvoy.vehicles.arrays.view import Known, Seen
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.knowledge import link_errors
-from zenvoy.vehicles.state import GIVE_UP_PERIODS
+from zenvoy.vehicles.state import GIVE_UP_PERIODS, predicted
 from zenvoy.vehicles.steps import NS
 
 Accelerations = Callable[[int, Rows], Floats]
@@ -79,7 +79,7 @@ class Estimators:
             self._known_ahead[rows] = True
         if not measures:
             return
-        sign = 1.0 if link is self._behind else -1.0
+        looks_back = link is self._behind
         own, timing = self._own, self._timing
 
         def relative(back: int, some: Rows) -> Floats:
@@ -94,12 +94,11 @@ class Estimators:
                     period_s = timing.period_ns * NS
                     only = heard.acceleration[some] * period_s / period_s
                     theirs = np.where(known[some], theirs, only)
-            return mine - theirs if sign > 0.0 else theirs - mine
+            return mine - theirs if looks_back else theirs - mine
 
-        filters = self.link_behind if link is self._behind else self.link_ahead
-        self._measure(
-            filters, cycle, rows, self._state_in(link, cycle, rows, heard), heard.speed, relative
-        )
+        filters = self.link_behind if looks_back else self.link_ahead
+        z = self._state_in(link, cycle, rows, heard)
+        self._measure(filters, cycle, rows, z, heard.speed, relative)
 
     def _state_in(
         self, link: Link, cycle: int, rows: Rows, heard: Beacons
@@ -142,11 +141,9 @@ class Estimators:
         if self._by_position:
             ahead = self._predict_by_age(cycle, self.link_ahead, self._ahead, None)
         else:
-            front_dp, front_dv = self._planned_ahead(cycle, until_ns)
-            link, dt = self.link_ahead, until_ns * NS
-            p = link.p + link.v * dt + front_dp - own[0]
-            v = link.v + front_dv - own[1]
-            ahead = Known(Relative(p, v), _measured(link))
+            front, link = self._planned_ahead(cycle, until_ns), self.link_ahead
+            state = predicted(link.p, link.v, until_ns * NS, front, own)
+            ahead = Known(state, _measured(link))
         behind = self._predict_by_age(cycle, self.link_behind, self._behind, wanted)
         return Seen(ahead, behind, speed)
 
@@ -166,21 +163,16 @@ class Estimators:
         # Of those that are left out nobody looks at the state.
         p, v = (np.empty(count) if which is None else np.full(count, np.nan) for _ in range(2))
         for age, members in ages.items():
-            mine_dp, mine_dv = self._own.over(cycle - age, until_ns, members)
-            plan = link.newest.plan.of(members)
             t1_ns = age * timing.period_ns + until_ns
-            their_dp, their_dv = plan.over(timing, 0, t1_ns)
+            mine = self._own.over(cycle - age, until_ns, members)
+            dp, dv = link.newest.plan.of(members).over(timing, 0, t1_ns)
             if not looks_back:
                 known = self._known_ahead[members]
-                their_dp, their_dv = np.where(known, their_dp, 0.0), np.where(known, their_dv, 0.0)
-            dt = t1_ns * NS
-            here = filters.p[members] + filters.v[members] * dt
-            if looks_back:
-                p[members] = here + mine_dp - their_dp
-                v[members] = filters.v[members] + mine_dv - their_dv
-            else:
-                p[members] = here + their_dp - mine_dp
-                v[members] = filters.v[members] + their_dv - mine_dv
+                dp, dv = np.where(known, dp, 0.0), np.where(known, dv, 0.0)
+            front, rear = (mine, (dp, dv)) if looks_back else ((dp, dv), mine)
+            p[members], v[members] = predicted(
+                filters.p[members], filters.v[members], t1_ns * NS, front, rear
+            )
         return Known(Relative(p, v), there)
 
     def _measure(

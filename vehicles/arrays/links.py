@@ -11,9 +11,9 @@ import numpy as np
 from zenvoy.laws import Motion, Relative
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
-from zenvoy.vehicles.arrays.decisions import Known, Reported
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
 from zenvoy.vehicles.arrays.timing import Timing
+from zenvoy.vehicles.arrays.view import Known, Reported
 from zenvoy.vehicles.decision import Controller
 from zenvoy.vehicles.neighbours import neighbours
 

@@ -13,7 +13,7 @@ from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.aims import Schedule
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
 from zenvoy.vehicles.arrays.control import Controllers
-from zenvoy.vehicles.arrays.decisions import NOTHING, Decider, Decisions, Known, Seen, View
+from zenvoy.vehicles.arrays.decisions import Decider, Decisions, Occasion
 from zenvoy.vehicles.arrays.knowledge import Estimators
 from zenvoy.vehicles.arrays.links import (
     by_position,
@@ -26,6 +26,7 @@ from zenvoy.vehicles.arrays.own import OwnMotion
 from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen
 from zenvoy.vehicles.arrays.timing import Timing
+from zenvoy.vehicles.arrays.view import NOTHING, Known, Seen, View
 
 
 class Readings(NamedTuple):
@@ -130,10 +131,14 @@ class Vehicles:
         beacons, cycle = self._beacons, self.cycle
         assert beacons is not None
         now_ns = cycle * self.timing.period_ns + self.timing.wait_ns
-        in_force = self._controllers.at(now_ns)
-        view = self._view(beacons, wants_all)
         decisions = self._decider.decide(
-            cycle, in_force, view, self._schedule.at(now_ns), self._uniform
+            Occasion(
+                cycle=cycle,
+                in_force=self._controllers.at(now_ns),
+                view=self._view(beacons, wants_all),
+                aims=self._schedule.at(now_ns),
+                uniform=self._uniform,
+            )
         )
         if self.estimators is not None or self._wants_motion:
             self.own.command(decisions.acceleration)
@@ -172,7 +177,7 @@ class Vehicles:
             last=self._last,
         )
 
-    def _uniform(self, rows: Rows, number: int, cycle: int) -> Floats:
-        """Random numbers in [0, 1) for laws, as a vehicle draws them for its own."""
-        keys = (self._vehicle[rows], number, cycle)
+    def _uniform(self, rows: Rows, number: int) -> Floats:
+        """Random numbers in [0, 1) for laws in this cycle, as a vehicle draws them for its own."""
+        keys = (self._vehicle[rows], number, self.cycle)
         return uniforms(self._seed[rows], Purpose.LAW, *keys)[0]
