@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from pydantic import ValidationError
@@ -37,6 +39,35 @@ def unknown(name: str, known: list[str]) -> str:
     """Return what is wrong with an unknown name, with the most similar one."""
     hint = nearest(name[:_LONGEST_NAME], {one: one for one in known})
     return f"unknown name {shown(name)}; {hint}allowed: {', '.join(known)}"
+
+
+def wrong_names(
+    key: str, names: Iterable[str], known: Mapping[str, object], root: Node
+) -> Iterator[Problem]:
+    """Yield a problem for each name in the list at `key` that is not known, or given twice."""
+    names = list(names)
+    for number, name in enumerate(names):
+        if name not in known:
+            place = root.place_of((key, number))
+            yield Problem(key=f"{key}.{number}", text=unknown(name, list(known)), place=place)
+    yield from repeated(key, names, root)
+
+
+def repeated(
+    key: str, values: Iterable[object], root: Node, path: tuple[str, ...] | None = None
+) -> Iterator[Problem]:
+    """Yield a problem for each value in a list that is given again.
+
+    The list is at `path` below `root`, by default at `key`.
+    """
+    seen: set[str] = set()
+    for number, value in enumerate(values):
+        text = json.dumps(value, sort_keys=True)
+        if text in seen:
+            place = root.place_of((*(path or (key,)), number))
+            what = f"{shown(value)} is given twice; allowed: once"
+            yield Problem(key=f"{key}.{number}", text=what, place=place)
+        seen.add(text)
 
 
 def _explained(error: ErrorDetails, kind: type[Section], node: Node, path: Path) -> Problem:

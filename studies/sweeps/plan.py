@@ -16,7 +16,8 @@ from zenvoy.scenarios.errors import MOST_PROBLEMS
 from zenvoy.studies.cell import Cell, key_of
 from zenvoy.studies.sweeps.axes import Axis
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
-from zenvoy.studies.sweeps.study_file import StudyFile, setting_of
+from zenvoy.studies.sweeps.settings import setting_of
+from zenvoy.studies.sweeps.study_file import StudyFile
 from zenvoy.values.wording import listed
 
 MOST_RUNS: Final = 100_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from os import PathLike
@@ -15,12 +15,15 @@ from zenvoy.studies.sweeps.plan import Plan, PlannedCell, counted, plan_of
 from zenvoy.studies.sweeps.results import Results, results_of
 from zenvoy.studies.sweeps.running import keep_runs
 from zenvoy.studies.sweeps.store import Store, open_store
-from zenvoy.studies.sweeps.study_file import OnLine, read_study
+from zenvoy.studies.sweeps.study_file import read_study
 from zenvoy.studies.sweeps.workers import Done, each_done
 
 _MOST_SEEDS: Final = 100  # of a batch: more are hardly faster, and a stop would lose more
 
 Study = str | PathLike[str] | Mapping[str, Any]
+
+OnLine = Callable[[str], None]
+"""Called with a line of text for each run that is done."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
 from zenvoy.studies.sweeps.axes import DISTRIBUTIONS
 from zenvoy.studies.sweeps.plan import MOST_RUNS
-from zenvoy.studies.sweeps.study_file import StudyKeys
+from zenvoy.studies.sweeps.study_keys import StudyKeys
 
 PAGE: Final = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text()
 
