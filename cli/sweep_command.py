@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from zenvoy.cli import exits
+from zenvoy.cli.options import AllowCodeOption
 from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.fleet.requests import interruptible
 from zenvoy.scenarios import ScenarioError
@@ -22,6 +23,7 @@ def sweep(
     jobs: Annotated[
         int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
+    allow_code: AllowCodeOption = False,
 ) -> None:
     """Run a scenario over axes and seeds.
 
@@ -30,9 +32,17 @@ def sweep(
     from zenvoy.studies.sweeps.sweep import run_sweep
 
     command = f"zenvoy sweep {quote(study)}" + (f" --out {quote(str(out))}" if out else "")
+    command += " --allow-code" if allow_code else ""
     try:
         with interruptible():
-            done = run_sweep(study, out=out, jobs=jobs, on_line=_print, command=command)
+            done = run_sweep(
+                study,
+                out=out,
+                jobs=jobs,
+                on_line=_print,
+                command=command,
+                allow_code=allow_code,
+            )
     except ScenarioError as error:
         refuse(str(error))
     except OSError as error:

@@ -20,13 +20,21 @@ class Cell:
     settings: tuple[str, ...] = ()
     """Settings of the form `KEY=VALUE`, as on the command line."""
     duration_s: float | None = None
+    allow_code: bool = False
+    """Whether laws may lie elsewhere than beside the scenario."""
 
     def __str__(self) -> str:
         return " ".join((self.scenario, f"seed {self.seed}", *self.settings))
 
     def load(self) -> Loaded:
         """Return the scenario of this run; raises ScenarioError."""
-        return load(self.scenario, self.settings, seed=self.seed, duration_s=self.duration_s)
+        return load(
+            self.scenario,
+            self.settings,
+            seed=self.seed,
+            duration_s=self.duration_s,
+            allow_code=self.allow_code,
+        )
 
     def key(self) -> str:
         """Return a key that is equal for cells with the same effective scenario and seed."""

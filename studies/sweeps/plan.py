@@ -49,6 +49,8 @@ class Plan:
     study: StudyFile
     seeds: tuple[int, ...]
     cells: tuple[PlannedCell, ...]
+    allow_code: bool = False
+    """Whether laws may lie elsewhere than beside the scenario."""
 
     @property
     def runs(self) -> int:
@@ -57,13 +59,7 @@ class Plan:
 
     def cell(self, planned: PlannedCell, seed: int) -> Cell:
         """Return one run of a cell."""
-        study = self.study
-        return Cell(
-            scenario=study.scenario,
-            seed=seed,
-            settings=planned.settings,
-            duration_s=study.duration_s,
-        )
+        return _cell(self.study, planned.settings, seed, self.allow_code)
 
 
 def size_of(axes: Mapping[str, Axis]) -> int:
@@ -93,9 +89,10 @@ def points_of(axes: Mapping[str, Axis]) -> Iterator[Point]:
         yield {key: whole[key] for key in axes}
 
 
-def plan_of(study: StudyFile) -> Plan:
+def plan_of(study: StudyFile, *, allow_code: bool = False) -> Plan:
     """Return the runs of a study; every cell's scenario is loaded and checked.
 
+    Loading runs the code of its laws, which must lie beside the scenario unless `allow_code`.
     Raises BadStudyError with the problems of the study in the scenario's own words, or with the
     number of runs if there are more than MOST_RUNS.
     """
@@ -110,11 +107,8 @@ def plan_of(study: StudyFile) -> Plan:
     bad = 0
     for number, point in enumerate(points_of(study.axes), start=1):
         settings = (*study.settings, *(setting_of(key, value) for key, value in point.items()))
-        cell = Cell(
-            scenario=study.scenario, seed=seeds[0], settings=settings, duration_s=study.duration_s
-        )
         try:
-            scenario = cell.load().scenario
+            scenario = _cell(study, settings, seeds[0], allow_code).load().scenario
             _require_lock_step(scenario.clock, study)
             engine = _engine(scenario, study)
         except ScenarioError as error:
@@ -130,7 +124,17 @@ def plan_of(study: StudyFile) -> Plan:
         )
     if problems:
         raise BadStudyError(problems.values())
-    return Plan(study=study, seeds=seeds, cells=tuple(planned))
+    return Plan(study=study, seeds=seeds, cells=tuple(planned), allow_code=allow_code)
+
+
+def _cell(study: StudyFile, settings: tuple[str, ...], seed: int, allow_code: bool) -> Cell:
+    return Cell(
+        scenario=study.scenario,
+        seed=seed,
+        settings=settings,
+        duration_s=study.duration_s,
+        allow_code=allow_code,
+    )
 
 
 def _require_lock_step(clock: str, study: StudyFile) -> None:

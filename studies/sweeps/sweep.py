@@ -64,16 +64,23 @@ class Swept:
 
 
 def run_sweep(
-    study: Study, *, out: Path | None, jobs: int | None, on_line: OnLine, command: str
+    study: Study,
+    *,
+    out: Path | None,
+    jobs: int | None,
+    on_line: OnLine,
+    command: str,
+    allow_code: bool = False,
 ) -> Swept:
     """Make the missing runs of a study, then write its results.
 
     `out` is by default runs/<name of the study>; `jobs`, the runs at a time, one for each core. A
-    run that fails is told on a line, and the others go on. Raises BadStudyError before anything is
-    run, and OSError; finished runs are kept in the folder, also when it is interrupted.
+    run that fails is told on a line, and the others go on. Laws must lie beside the scenario unless
+    `allow_code`. Raises BadStudyError before anything is run, and OSError; finished runs are kept
+    in the folder, also when it is interrupted.
     """
     checked = read_study(study)
-    plan = plan_of(checked)
+    plan = plan_of(checked, allow_code=allow_code)
     folder = Path("runs") / checked.name if out is None else out
     store = open_store(folder, checked)
     failures = _make_missing(plan, store, jobs or len(os.sched_getaffinity(0)), on_line)
