@@ -1,4 +1,4 @@
-"""In real time, agents refuse what makes no sense, and what they have been told already."""
+"""In real time, agents refuse messages that make no sense, and messages that repeat others."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from zenvoy.vehicles.realtime import RealtimeVehicle
 from zenvoy.world.realtime import RealtimeWorld
 
 
-def test_in_real_time_a_report_of_the_clock_is_looked_at(tmp_path: Path) -> None:
+def test_in_real_time_the_timing_of_a_command_is_checked(tmp_path: Path) -> None:
     world = RealtimeWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
 
     def fault(**timing: Any) -> str | None:
@@ -38,7 +38,7 @@ def test_in_real_time_a_report_of_the_clock_is_looked_at(tmp_path: Path) -> None
     assert fault(source=[SIZE + 1], arrived_ns=[1], came_ns=[2]) == "absurd"
 
 
-def test_in_real_time_frames_are_the_fleets_and_have_arrived(tmp_path: Path) -> None:
+def test_in_real_time_frames_of_strangers_or_of_the_future_are_refused(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
     good = beacon_of().SerializeToString()
     row = {"time_ns": K * T_NS + 1, "arrived_ns": [K * T_NS + 1]}
@@ -47,41 +47,41 @@ def test_in_real_time_frames_are_the_fleets_and_have_arrived(tmp_path: Path) -> 
         assert vehicle.fault_in(RECEIVE, 1, receive(good, **{**row, **change})) == "absurd"
 
 
-def test_in_real_time_no_frame_comes_twice(tmp_path: Path) -> None:
+def test_in_real_time_no_frame_is_accepted_twice(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"), 1)
 
-    def hears(arrived_ns: int, *sequences: int) -> bool:
+    def accepts(arrived_ns: int, *sequences: int) -> bool:
         beacons = [beacon_of(sequence=sequence).SerializeToString() for sequence in sequences]
         message = receive(*beacons, arrived_ns=[arrived_ns] * len(beacons))
         return vehicle.take_in(Post(RECEIVE, 1, message, b"", arrived_ns)) is None
 
-    assert hears(10**9, 1, 2)
-    assert not hears(10**9, 1, 2)
-    assert not hears(10**9, 2)
-    assert not hears(10**9, 3)  # another content is no other frame
-    assert hears(10**9 + 1, 1)
-    assert hears(6 * 10**9, 5)
-    assert not hears(10**9, 4)  # too old to tell
+    assert accepts(10**9, 1, 2)
+    assert not accepts(10**9, 1, 2)
+    assert not accepts(10**9, 2)
+    assert not accepts(10**9, 3)  # other content does not make another frame
+    assert accepts(10**9 + 1, 1)
+    assert accepts(6 * 10**9, 5)
+    assert not accepts(10**9, 4)  # too old to tell
 
 
-def test_in_real_time_no_table_of_frames_is_told_of_twice(tmp_path: Path) -> None:
+def test_in_real_time_no_outcome_of_a_frame_is_accepted_twice(tmp_path: Path) -> None:
     world = RealtimeWorld(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
     while world.due_ns <= K * T_NS:
         world.act(world.due_ns)
 
-    def hears(payload: bytes) -> bool:
+    def accepts(payload: bytes) -> bool:
         return world.take_in(Post(LINKS, 0, pb.Links(**AT, frames=payload), b"", K * T_NS)) is None
 
-    assert hears(frames())
-    assert not hears(frames())
-    assert hears(frames(source=[3]))
-    assert not hears(frames(source=[3], destination=[1]))
+    assert accepts(frames())
+    assert not accepts(frames())
+    assert accepts(frames(source=[3]))
+    assert not accepts(frames(source=[3], destination=[1]))
 
 
-def test_in_real_time_positions_of_a_cycle_count_once(tmp_path: Path) -> None:
+def test_in_real_time_positions_of_a_cycle_are_accepted_once(tmp_path: Path) -> None:
     channel = RealtimeChannel(scenario_of(tmp_path, f"duration_s: 3\n{FLEET}"))
 
-    def hears(cycle: int) -> bool:
+    def accepts(cycle: int) -> bool:
         return channel.take_in(Post(POSITIONS, 0, pb.Positions(cycle=cycle), b"", 0)) is None
 
-    assert [hears(cycle) for cycle in (6, 6, 7, 5, 1)] == [True, False, True, True, False]
+    assert [accepts(cycle) for cycle in (6, 6, 7, 5, 1)] == [True, False, True, True, False]

@@ -1,4 +1,4 @@
-"""A message that makes no sense is refused for a reason, and does not keep the real one out."""
+"""A message that makes no sense is refused with a reason, and does not keep the real one out."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def reader(topic: Topic[Any], folder: Path) -> Agent:
 
 
 @pytest.mark.parametrize(("reason", "topic", "message"), BAD)
-def test_what_makes_no_sense_does_not_keep_the_real_one_out(
+def test_a_message_that_makes_no_sense_does_not_keep_the_real_one_out(
     tmp_path: Path, reason: str, topic: Topic[Any], message: Any
 ) -> None:
     mailbox = Mailbox(reader(topic, tmp_path).fault_in)
@@ -100,14 +100,14 @@ def test_what_makes_no_sense_does_not_keep_the_real_one_out(
 
 
 def test_an_unknown_mode_is_refused(tmp_path: Path) -> None:
-    """Protobuf keeps any number in an enum, also one that no column of the log can hold."""
+    """Protobuf accepts any number in an enum, even one that no column of the log can hold."""
     payload = pb.Command(**COMMANDED).SerializeToString() + b"\x30" + b"\xff" * 9 + b"\x01"
     assert pb.Command.FromString(payload).mode == -1
     assert Mailbox(reader(COMMAND, tmp_path).fault_in).put(COMMAND, 1, payload) == "absurd"
 
 
 @pytest.mark.parametrize("cycle", [WINDOW, WINDOW + 1, 10**9, 2**32 - 1])
-def test_what_is_of_a_cycle_that_cannot_have_begun_is_not_kept(cycle: int) -> None:
+def test_a_message_of_a_cycle_far_ahead_is_not_kept(cycle: int) -> None:
     mailbox = Mailbox()
     message = pb.Positions(cycle=cycle).SerializeToString()
     assert mailbox.put(POSITIONS, 0, message) == "early"

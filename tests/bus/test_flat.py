@@ -1,4 +1,4 @@
-"""Flat messages, written by struct, are the messages protobuf reads."""
+"""Protobuf reads the flat messages that `struct` writes."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_a_command_is_read_back(values: list[float], instants: list[int]) -> Non
     assert (command.age_ns, command.neighbours) == (instants[4], 2)
 
 
-def test_what_is_left_out_is_absent() -> None:
+def test_a_field_that_is_left_out_is_absent() -> None:
     encoder = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *PLAN))
     payload = encoder.encode(
         cycle=1, time_ns=2, vehicle=3, sequence=4, position=5.0, speed=6.0, acceleration=7.0
@@ -153,6 +153,6 @@ def test_columns_are_read_back(instants: list[int], values: list[float]) -> None
 
 
 @pytest.mark.parametrize("name", ["cycle", "ahead", "silent"])
-def test_what_is_no_column_of_numbers_is_refused(name: str) -> None:
+def test_a_field_that_is_no_column_of_numbers_is_refused(name: str) -> None:
     with pytest.raises(TypeError, match=f"Beacon.{name} is not a column"):
         ColumnEncoder(pb.Beacon.DESCRIPTOR, name)

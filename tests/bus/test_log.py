@@ -68,7 +68,7 @@ class Recorded:
 
     @property
     def path(self) -> Path:
-        """The log itself."""
+        """Return the path of the log."""
         return self.folder / "out" / "run.mcap"
 
 
@@ -80,7 +80,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
 
 
 def decode(log: Log) -> dict[str, list[Any]]:
-    """Messages by topic, of types that are made from the file's own descriptors."""
+    """Return messages by topic, of types made from the descriptors in the file."""
     types: dict[str, Any] = {}
     for channel in log.channels.values():
         schema = log.schemas[channel.schema_id]
@@ -94,12 +94,12 @@ def decode(log: Log) -> dict[str, list[Any]]:
     return {topic: [types[topic].FromString(m.data) for m in log.of(topic)] for topic in types}
 
 
-def test_every_topic_is_there_with_a_message_per_cycle(recorded: Recorded) -> None:
+def test_every_topic_has_a_message_per_cycle(recorded: Recorded) -> None:
     counts = {topic: len(rows) for topic, rows in recorded.rows.items()}
     assert counts == {**COUNTS, "/events": counts["/events"]}
 
 
-def test_events_tell_when_whom_and_how_much(recorded: Recorded) -> None:
+def test_events_have_their_time_vehicle_and_size(recorded: Recorded) -> None:
     events = [(e.cycle, e.time_ns, e.vehicle, e.text) for e in recorded.rows["/events"]]
     assert [event for event in events if event[1] > 10 * PERIOD_NS] == [
         (10, 1_030_000_000, 5, "3 m/s²"),
@@ -107,7 +107,7 @@ def test_events_tell_when_whom_and_how_much(recorded: Recorded) -> None:
         (25, 2_530_000_000, 5, ""),
         (30, 3_000_000_000, 1, ""),
     ]
-    # Whoever has not heard its follower yet falls back, and says so.
+    # A vehicle that has not heard its follower yet falls back, with an event.
     early = {event[2] for event in events if event[1] <= 10 * PERIOD_NS}
     first = recorded.rows["/v2v/frames"][0]
     heard = zip(first.source, first.destination, first.arrived_ns, strict=True)
@@ -115,7 +115,7 @@ def test_events_tell_when_whom_and_how_much(recorded: Recorded) -> None:
     assert early == deaf != set()
 
 
-def test_fields_are_named_as_they_are_to_be_plotted(recorded: Recorded) -> None:
+def test_fields_have_the_names_that_plots_show(recorded: Recorded) -> None:
     for topic, names in FIELDS.items():
         assert names <= set(recorded.rows[topic][0].DESCRIPTOR.fields_by_name), topic
 
@@ -143,7 +143,7 @@ def test_log_times_are_the_epoch_and_simulation_time(recorded: Recorded) -> None
     assert [row.time_ns for row in recorded.rows["/fleet/command"]] == decided_ns
 
 
-def test_the_file_is_made_as_designed(recorded: Recorded) -> None:
+def test_the_file_has_the_designed_layout(recorded: Recorded) -> None:
     assert recorded.log.header.profile == ""
     with recorded.path.open("rb") as file:
         summary = make_reader(file).get_summary()
@@ -155,7 +155,7 @@ def test_the_file_is_made_as_designed(recorded: Recorded) -> None:
     assert len({schema.data for schema in summary.schemas.values()}) == 1  # the whole of it
 
 
-def test_the_run_is_described_beside_its_messages(recorded: Recorded) -> None:
+def test_metadata_and_attachments_describe_the_run(recorded: Recorded) -> None:
     log, out = recorded.log, recorded.folder / "out"
     described = log.metadata["zenvoy.run"]
     assert (
@@ -179,7 +179,7 @@ def test_the_run_is_described_beside_its_messages(recorded: Recorded) -> None:
     assert summary["fingerprint"] == result["fingerprint"]
 
 
-def test_the_fingerprint_is_that_of_the_messages_in_the_file(recorded: Recorded) -> None:
+def test_the_fingerprint_covers_the_messages_in_the_file(recorded: Recorded) -> None:
     names = {topic.logged_as: topic.name for topic in LOGGED}
     epoch_ns = int(recorded.log.metadata["zenvoy.run"]["epoch_ns"])
     digest = hashlib.sha256()
@@ -193,7 +193,7 @@ def test_the_fingerprint_is_that_of_the_messages_in_the_file(recorded: Recorded)
 
 
 @pytest.mark.parametrize("part", [0.4, 0.8])
-def test_a_file_that_is_cut_is_readable_up_to_the_cut(
+def test_a_truncated_file_is_readable_up_to_the_cut(
     recorded: Recorded, tmp_path: Path, part: float
 ) -> None:
     cut = tmp_path / "cut.mcap"
@@ -211,7 +211,7 @@ def test_a_file_that_is_cut_is_readable_up_to_the_cut(
     assert found[-1][1] > recorded.log.messages[0].log_time + 10 * PERIOD_NS
 
 
-def test_the_gaps_that_radars_read_fill_the_ring(recorded: Recorded) -> None:
+def test_the_gaps_that_radars_read_add_up_to_the_ring(recorded: Recorded) -> None:
     """Sensors have no error here; for the truth this holds by definition."""
     truths = recorded.rows["/fleet/truth"]
     for radar, truth in zip(recorded.rows["/fleet/radar"], truths, strict=False):
@@ -229,7 +229,7 @@ def test_speeds_change_by_the_mean_acceleration(recorded: Recorded) -> None:
         assert change == pytest.approx([a * 0.1 for a in after.acceleration], abs=1e-12)
 
 
-def test_commands_act_from_their_effective_time_on(recorded: Recorded) -> None:
+def test_commands_act_from_their_effective_time(recorded: Recorded) -> None:
     """The truth of each cycle follows from the one before and the commands then in effect."""
     commands, truths = recorded.rows["/fleet/command"], recorded.rows["/fleet/truth"]
     assert all(set(c.effective_ns) == {c.time_ns + 150_000_000} for c in commands)
@@ -247,7 +247,7 @@ def test_commands_act_from_their_effective_time_on(recorded: Recorded) -> None:
 def pieces(
     from_ns: int, until_ns: int, vehicle: int, decided: list[tuple[int, float]]
 ) -> Iterator[tuple[float, float]]:
-    """Durations, s, and accelerations, m/s², that the scenario and the commands ask for."""
+    """Yield durations, s, and accelerations, m/s², that the scenario and the commands ask for."""
     brakes = {5: (1_030_000_000, 2_530_000_000, 3.0), 1: (2_000_000_000, 3_000_000_000, 2.5)}
     brake_from_ns, brake_until_ns, rate = brakes.get(vehicle, (0, 0, 0.0))
     edges = {brake_from_ns, brake_until_ns, *(at_ns for at_ns, _ in decided)}

@@ -1,4 +1,4 @@
-"""The index of chunks that the writer of logs keeps."""
+"""The log writer keeps a small index of chunks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from zenvoy.bus.log_writer import LogWriter
 
 
-def test_the_index_of_chunks_takes_little_memory_and_comes_out_as_it_went_in(
+def test_the_index_of_chunks_takes_little_memory_and_is_written_unchanged(
     tmp_path: Path,
 ) -> None:
     file = tmp_path / "many.mcap"

@@ -1,4 +1,4 @@
-"""The inbox does not depend on the order of messages; refused ones change nothing."""
+"""The inbox does not depend on the order of messages. Refused messages do not change it."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def check_taken(mailbox: Mailbox, cycle: int) -> None:
 
 @given(st.permutations(ALL))
 def test_any_order_gives_the_same_inbox(posts: list[Post]) -> None:
-    """Cycles are taken as soon as they are complete, as a bus does."""
+    """The test takes each cycle as soon as it is complete, as a bus does."""
     mailbox, cycle, here = Mailbox(), 0, set()
     for post in posts:
         mailbox.put(*post)
@@ -65,7 +65,7 @@ def test_any_order_gives_the_same_inbox(posts: list[Post]) -> None:
 
 
 @given(st.permutations(ALL), st.data())
-def test_what_does_not_fit_is_counted_and_changes_nothing(
+def test_refused_messages_are_counted_and_change_nothing(
     posts: list[Post], data: st.DataObject
 ) -> None:
     mailbox, cycle, expected = Mailbox(), 0, {"malformed": 0, "stale": 0, "duplicate": 0}
@@ -91,7 +91,7 @@ def test_what_does_not_fit_is_counted_and_changes_nothing(
     assert mailbox.rejected.total() == sum(expected.values())
 
 
-def test_names_what_is_missing() -> None:
+def test_missing_messages_are_named() -> None:
     mailbox = Mailbox()
     assert not mailbox.met(barrier(0))
     mailbox.put(*beacon(2, 0))
@@ -105,7 +105,7 @@ def test_names_what_is_missing() -> None:
     assert mailbox.missing(barrier(1)) == [(BEACON, 2), (BEACON, 3), (POSITIONS, 0)]
 
 
-def test_what_was_taken_is_gone() -> None:
+def test_a_message_is_taken_once() -> None:
     mailbox = Mailbox()
     for post in ALL[:4]:
         mailbox.put(*post)
@@ -117,5 +117,5 @@ def test_what_was_taken_is_gone() -> None:
 
 
 @pytest.mark.parametrize("cycle", [0, 7])
-def test_a_barrier_without_needs_is_met(cycle: int) -> None:
+def test_an_empty_barrier_is_met(cycle: int) -> None:
     assert Mailbox().met(Barrier(0, cycle))

@@ -1,4 +1,4 @@
-"""Mutants between real messages change nothing in what an agent sends, on any clock."""
+"""Mutants between real messages do not change what an agent sends, on any clock."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from zenvoy.scenarios import Scenario
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """An agent's part in a run: what came to it, and what it made of that."""
+    """An agent's part in a run: the messages that it received, and those that it sent."""
 
     came: list[Seen] = field(default_factory=list)
     sent: list[Envelope] = field(default_factory=list)
 
 
 class Party:
-    """An agent with its mailbox, driven as its process drives it."""
+    """An agent and its mailbox, driven as its process drives it."""
 
     def __init__(self, agent: Agent) -> None:
         self.agent, self.mailbox = agent, Mailbox(agent.fault_in)
@@ -45,7 +45,7 @@ class Party:
         return topic.reader == self.agent.role and vehicle in (self.agent.vehicles or (vehicle,))
 
     def proceed(self) -> list[Envelope]:
-        """All steps for which everything is there."""
+        """Take every step whose messages are there, and return what the agent sends."""
         news: list[Envelope] = []
         while (barrier := self.agent.barrier) is not None and self.mailbox.met(barrier):
             news += self.agent.step(barrier.now_ns, self.mailbox.take(barrier))
@@ -55,7 +55,7 @@ class Party:
 
 @cache
 def recorded_run() -> tuple[Scenario, dict[str, Recorded]]:
-    """A run without mutants, by name of agent. That it ends shows that no real one is refused."""
+    """Record a run without mutants, by agent. It ends, so no real message is refused."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = scenario_of(Path(folder), f"duration_s: 3\n{FLEET}")
     fleet = [Party(agent) for agent in agents_of(scenario)]
@@ -75,7 +75,7 @@ def recorded_run() -> tuple[Scenario, dict[str, Recorded]]:
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32), most=st.integers(1, 5))
 @pytest.mark.parametrize("name", ["world", "channel", "vehicle-02"])
-def test_any_rubbish_between_real_messages_gives_the_same(name: str, seed: int, most: int) -> None:
+def test_mutants_between_real_messages_change_nothing(name: str, seed: int, most: int) -> None:
     scenario, recorded = recorded_run()
     random = Random(seed)
     (agent,) = (agent for agent in agents_of(scenario) if agent.name == name)
@@ -95,16 +95,16 @@ def test_any_rubbish_between_real_messages_gives_the_same(name: str, seed: int, 
 
 
 def in_some_order(came: list[Seen], random: Random) -> list[Seen]:
-    """Streams keep their order; which of them is ahead changes, by less than a cycle."""
+    """Interleave the streams at random. Each keeps its order and lags by less than a cycle."""
     return sorted(came, key=lambda seen: seen.cycle + random.random() * 0.99)
 
 
 @settings(max_examples=25, deadline=None, phases=[Phase.generate])
 @given(seed=st.integers(0, 2**32))
-def test_in_real_time_rubbish_changes_nothing_either(
+def test_in_real_time_mutants_change_nothing(
     tmp_path_factory: pytest.TempPathFactory, seed: int
 ) -> None:
-    """As by RealtimeBus, but without lateness: then the log is that of lock-step, bit for bit."""
+    """Without lateness, the log in real time equals the log in lock-step, bit for bit."""
     folder = tmp_path_factory.mktemp("realtime")
     scenario = scenario_of(folder, f"duration_s: 2\n{FLEET}")
     bus = AttackedBus(realtime_agents(scenario), seed)
@@ -118,7 +118,7 @@ def test_in_real_time_rubbish_changes_nothing_either(
 
 
 class AttackedBus(VirtualBus):
-    """After each real message come mutants, to whoever reads their keys."""
+    """A bus that sends mutants after each real message, to the readers of their keys."""
 
     def __init__(self, agents: Any, seed: int) -> None:
         super().__init__(agents)

@@ -1,6 +1,6 @@
-"""Mutated messages to the processes of a run are refused, and change nothing in what it does.
+"""The processes of a run refuse mutated messages, and the run goes on unchanged.
 
-What is claimed, and what is not, is in docs/robustness.md.
+docs/robustness.md says what is claimed, and what is not.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TOGETHER: Final = ("vehicles-01-02", "vehicle-03")
 def under_attack(
     folder: Path, scenario: str, vehicles: tuple[str, ...] = ALONE
 ) -> tuple[Log, dict[str, Counter[str]]]:
-    """The log of a run that must complete, and what each process has refused, by reason."""
+    """Return the log of an attacked run, and the refusals of each process by reason."""
     folder.mkdir()
     (folder / "s.yaml").write_text(scenario)
     arguments = [str(folder / "s.yaml"), str(folder / "out"), "200"]
@@ -51,7 +51,7 @@ def under_attack(
 
 
 def refused(name: str, text: str) -> Counter[str]:
-    """The counts that a process's log ends with; it says nothing else that is long."""
+    """Return the counts at the end of a process's log. The log must be short."""
     lines = text.splitlines()
     assert len(lines) <= MOST_LINES
     assert len(set(lines)) == len(lines)
@@ -86,7 +86,7 @@ def test_a_run_in_lock_step_keeps_its_fingerprint(
 
 
 @pytest.mark.parametrize("vehicles", [ALONE, TOGETHER], ids=["alone", "together"])
-def test_a_run_in_real_time_logs_nothing_of_it(tmp_path: Path, vehicles: tuple[str, ...]) -> None:
+def test_a_run_in_real_time_logs_no_mutant(tmp_path: Path, vehicles: tuple[str, ...]) -> None:
     scenario = f"duration_s: 5\nclock: realtime\n{FLEET}"
     log, counts = under_attack(tmp_path / "attacked", scenario, vehicles)
     assert log.result["cycles"] == "50"
@@ -125,5 +125,5 @@ def fates(log: Log) -> set[tuple[int, ...]]:
     return set(rows)
 
 
-def test_the_attack_begins_when_there_is_something_to_be_stale() -> None:
+def test_the_attack_begins_when_messages_can_be_stale() -> None:
     assert FIRST_CYCLE > WINDOW

@@ -1,4 +1,4 @@
-"""Columns are encoded and decoded as protobuf does it."""
+"""Columns are encoded and decoded as protobuf does."""
 
 from __future__ import annotations
 
@@ -53,18 +53,18 @@ def assert_same(values: Any, expected: Any) -> None:
 
 @settings(deadline=None)
 @given(frames())
-def test_what_it_encodes_protobuf_reads(values: dict[str, Any]) -> None:
+def test_protobuf_reads_what_the_codec_encodes(values: dict[str, Any]) -> None:
     message = pb.Frames.FromString(FRAMES.encode(**values))
     for name, value in values.items():
         assert_same(getattr(message, name), value)
-    # To the byte, where it says the same: protobuf leaves out a single field that is 0.
+    # The bytes are equal where no single field is 0: protobuf leaves such a field out.
     if values["cycle"] and values["time_ns"]:
         assert FRAMES.encode(**values) == message.SerializeToString(deterministic=True)
 
 
 @settings(deadline=None)
 @given(frames())
-def test_what_protobuf_writes_it_decodes(values: dict[str, Any]) -> None:
+def test_the_codec_decodes_what_protobuf_writes(values: dict[str, Any]) -> None:
     decoded = FRAMES.decode(pb.Frames(**values).SerializeToString())
     assert set(decoded) == set(values)
     for name, value in values.items():
@@ -103,7 +103,7 @@ def test_single_fields(clock: pb.Clock) -> None:
     assert again.real_time_factor == factor or math.isnan(factor)
 
 
-def test_nothing_is_a_message_of_zeros() -> None:
+def test_an_empty_payload_is_a_message_of_zeros() -> None:
     decoded = TRUTH.decode(b"")
     assert decoded["cycle"] == 0
     assert decoded["position"].shape == (0,)
@@ -123,7 +123,7 @@ def test_a_cut_payload_is_refused_or_ends_between_fields(length: int) -> None:
 
 
 def test_a_column_that_ends_within_a_number_is_refused() -> None:
-    """protobuf refuses it too: 12 bytes are no doubles."""
+    """Protobuf refuses it too: 12 bytes are no whole number of doubles."""
     payload = b"\x1a\x0c" + b"\x00" * 12
     with pytest.raises(DecodeError):
         pb.FleetTruth.FromString(payload)
@@ -132,7 +132,7 @@ def test_a_column_that_ends_within_a_number_is_refused() -> None:
 
 
 def test_a_column_in_two_pieces_is_not_half_lost() -> None:
-    """Legal in protobuf, though nobody writes it: joined or refused, but never cut in silence."""
+    """Protobuf allows it, but nobody writes it. It may be joined or refused, never truncated."""
     payload = TRUTH.encode(position=[1.0, 2.0]) + TRUTH.encode(position=[3.0])
     assert list(pb.FleetTruth.FromString(payload).position) == [1.0, 2.0, 3.0]
     try:
@@ -153,13 +153,13 @@ def test_a_field_of_another_type_is_refused() -> None:
 
 
 @pytest.mark.parametrize("kind", [pb.Sense, pb.Command, pb.Event, pb.Receive, pb.Links])
-def test_only_numbers_of_fixed_width(kind: Any) -> None:
+def test_fields_of_other_than_fixed_width_are_refused(kind: Any) -> None:
     with pytest.raises(TypeError, match="is not of fixed width"):
         PackedCodec(kind.DESCRIPTOR)
 
 
 @pytest.mark.parametrize("kind", [pb.FleetTruth, pb.FleetRadar, pb.FleetEstimate, pb.FleetCommand])
-def test_every_fleet_message_is_made_of_columns(kind: Any) -> None:
+def test_every_fleet_message_consists_of_columns(kind: Any) -> None:
     assert set(PackedCodec(kind.DESCRIPTOR).decode(b"")) == set(kind.DESCRIPTOR.fields_by_name)
 
 

@@ -1,4 +1,4 @@
-"""Large payloads come through in parts; what does not fit together is refused."""
+"""Large payloads are sent in parts. Parts that do not fit together are refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ sizes = st.integers(1, 4 * MAX_PAYLOAD_BYTES)
 
 
 @given(sizes, sizes)
-def test_interleaved_streams_come_together_again(one: int, other: int) -> None:
+def test_interleaved_streams_are_joined_again(one: int, other: int) -> None:
     payloads = {"one": bytes(i % 251 for i in range(one)), "other": bytes([7]) * other}
     joiner = Joiner()
     queues = {stream: list(split(payload)) for stream, payload in payloads.items()}
@@ -44,7 +44,7 @@ def test_a_lost_part_spoils_its_payload_and_no_other() -> None:
 
 @given(st.integers(2, 4), st.data())
 def test_pieces_of_others_in_between_change_nothing(parts: int, data: st.DataObject) -> None:
-    """Also the piece that came last, again, and pieces that nothing comes of."""
+    """The other pieces include a repeat of the last piece, and pieces that stay incomplete."""
     joiner = Joiner()
     payload = bytes(range(250)) * (parts * MAX_PAYLOAD_BYTES // 250)
     old = [list(split(bytes([number]) * len(payload))) for number in range(3)]
@@ -76,7 +76,7 @@ def test_a_piece_that_comes_again_is_refused() -> None:
     assert joiner.join("s", *second) == bytes(2 * MAX_PAYLOAD_BYTES)
 
 
-def test_pieces_that_nothing_comes_of_are_dropped_the_oldest_first() -> None:
+def test_incomplete_payloads_are_dropped_oldest_first() -> None:
     joiner = Joiner(max_kept_bytes=10 * MAX_PAYLOAD_BYTES)
     payloads = [bytes([number]) * 2 * MAX_PAYLOAD_BYTES for number in range(50)]
     for payload in payloads:

@@ -1,4 +1,4 @@
-"""A process reports what it refuses: each kind and source once, and counts at its end."""
+"""A process reports each kind and source of refused messages once, and counts at its end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tests.fleet_of_three import MOST_LINES
 from zenvoy.bus.refusals import Refusals
 
 
-def test_each_kind_and_source_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_kind_and_source_is_reported_once(capsys: pytest.CaptureFixture[str]) -> None:
     refusals = Refusals("world")
     for _ in range(3):
         refusals.add("stale", "a/b")
@@ -23,7 +23,7 @@ def test_each_kind_and_source_is_told_once(capsys: pytest.CaptureFixture[str]) -
     ]
 
 
-def test_what_is_told_has_an_end(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_report_of_refusals_is_bounded(capsys: pytest.CaptureFixture[str]) -> None:
     refusals = Refusals("world")
     for number in range(1_000):
         refusals.add("foreign", f"{number}/" + 1_000 * "x")
@@ -34,6 +34,6 @@ def test_what_is_told_has_an_end(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[-1] == "world: messages refused: 1000 foreign"
 
 
-def test_nothing_is_told_where_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_is_reported_if_nothing_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     Refusals("world").report_counts()
     assert capsys.readouterr().err == ""

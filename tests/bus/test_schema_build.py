@@ -17,7 +17,7 @@ BUS = Path(__file__).parents[2] / "bus"
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> FileDescriptorProto:
-    """What protoc says now. Descriptors, for the text of the module changes with its version."""
+    """Return the descriptors that protoc builds now. Module texts differ between versions."""
     out = tmp_path_factory.mktemp("schema") / "messages.binpb"
     subprocess.run(
         [

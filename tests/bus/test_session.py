@@ -1,4 +1,4 @@
-"""A joining node finds sessions on explicit endpoints, and can query the scenario."""
+"""A node that joins finds sessions on explicit endpoints, and can query the scenario."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.bus.topics import scenario_key
 from zenvoy.scenarios import Scenario, effective_json, load
 
 
-def test_a_node_that_joins_asks_for_the_scenario(tmp_path: Path) -> None:
+def test_a_node_that_joins_can_query_the_scenario(tmp_path: Path) -> None:
     endpoint = f"unixsock-stream/{tmp_path / 'world'}"
     scenario = load("quickstart").scenario
     key = scenario_key("r1")
@@ -25,7 +25,7 @@ def test_a_node_that_joins_asks_for_the_scenario(tmp_path: Path) -> None:
 
 
 def _ask(node: zenoh.Session, key: str) -> list[zenoh.Reply]:
-    """Replies to a query that is put when somebody is there to answer it."""
+    """Return the replies to a query, sent once there is somebody to answer it."""
     with node.declare_querier(key, timeout=30) as querier:
         with querier.declare_matching_listener(zenoh.handlers.FifoChannel(8)) as changes:
             # The stub types the status as a bool; it is an object with a field, always true.

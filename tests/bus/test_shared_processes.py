@@ -1,4 +1,4 @@
-"""Vehicles that share a process have bundled messages, and the same log as alone."""
+"""Vehicles that share a process bundle their messages, and write the same log as alone."""
 
 from __future__ import annotations
 
@@ -102,12 +102,12 @@ PARCELS: Final = st.lists(st.tuples(st.integers(1, 2**32 - 1), st.binary()), min
 
 
 @given(PARCELS)
-def test_what_is_packed_is_unpacked(parcels: list[tuple[int, bytes]]) -> None:
+def test_packed_parcels_are_unpacked(parcels: list[tuple[int, bytes]]) -> None:
     assert unpack(pack(parcels)) == parcels
 
 
 @given(st.binary(max_size=100))
-def test_rubbish_is_refused_by_name_or_has_parcels(rubbish: bytes) -> None:
+def test_random_bytes_are_refused_by_name_or_are_parcels(rubbish: bytes) -> None:
     try:
         parcels = unpack(rubbish)
     except PayloadError:
@@ -148,7 +148,7 @@ def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process
 
 
 @pytest.mark.parametrize("text", [LATE_AND_LOST, AT_HAND], ids=["late and lost", "at hand"])
-def test_in_real_time_too(tmp_path: Path, text: str) -> None:
+def test_in_real_time_agents_together_are_agents_alone(tmp_path: Path, text: str) -> None:
     settings = scenario(tmp_path, text)
     alone = VirtualBus(realtime_agents(settings))
     alone.run()
@@ -165,7 +165,7 @@ def fingerprint(log: Log) -> str:
 
 
 def test_processes_of_several_give_the_same_bits(tmp_path: Path) -> None:
-    """The last one is alone, as 7 are not 2 or 3 times anything."""
+    """The last vehicle is alone, since 7 is no multiple of 2 or 3."""
     alone = fingerprint(run(tmp_path / "alone", LATE_AND_LOST, "--bus", "in-process"))
     for per_process, name in (("2", "vehicle-07"), ("3", "vehicle-07"), ("40", "vehicles-01-07")):
         folder = tmp_path / per_process
@@ -178,29 +178,29 @@ def test_processes_of_several_give_the_same_bits(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.integers(0, 70_000), min_size=1, max_size=8))
-def test_a_bundle_takes_what_goes_into_a_message(sizes: list[int]) -> None:
+def test_a_bundle_fills_one_message(sizes: list[int]) -> None:
     bundle = Bundle()
     for vehicle, size in enumerate(sizes, 1):
         payload = bytes(size)
         if not bundle.has_room(payload):
             packed = bundle.pack()
             assert len(bundle) == 0
-            assert len(packed) + size > MAX_PAYLOAD_BYTES - 200  # it was as good as full
+            assert len(packed) + size > MAX_PAYLOAD_BYTES - 200  # it was nearly full
         bundle.add(vehicle, payload)
         several = len(bundle) > 1
         assert not several or len(bundle_of(bundle)) <= MAX_PAYLOAD_BYTES
 
 
 def bundle_of(bundle: Bundle) -> bytes:
-    """What it would pack, left in it."""
+    """Return what the bundle would pack, and leave the bundle as it is."""
     packed = bundle.pack()
     for vehicle, payload in unpack(packed):
         bundle.add(vehicle, payload)
     return packed
 
 
-def test_what_does_not_go_into_a_message_goes_in_several(tmp_path: Path) -> None:
-    """45 vehicles in range of one another: receives of all are 45 times 44 beacons."""
+def test_a_bundle_that_is_too_large_goes_in_several_messages(tmp_path: Path) -> None:
+    """45 vehicles are in range of one another, so all receives have 45 · 44 beacons."""
     large = "duration_s: 2\nfleet: {size: 45}\ncontrol: {model: BCM}"
     alone = run(tmp_path / "alone", large, "--bus", "in-process")
     together = run(tmp_path / "together", large, "--vehicles-per-process", "45")

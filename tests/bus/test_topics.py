@@ -1,4 +1,4 @@
-"""Every stream's key, writer, reader and name in the log, as docs/architecture.md has it."""
+"""Every stream has the key, writer, reader and log name that docs/architecture.md gives."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_key_writer_and_reader(
     assert topic.per_vehicle == ("/7/" in key)
 
 
-def test_there_are_no_others() -> None:
+def test_there_are_no_other_topics() -> None:
     keyed = {topic for topic in TOPICS if topic.pattern is not None}
     assert keyed == {topic for topic, *_ in ON_THE_BUS}
     assert {topic: topic.logged_as for topic in LOGGED} == dict(IN_THE_LOG)
@@ -83,7 +83,7 @@ DECLARED_IN: Final = {
 
 
 def test_names_in_the_log_are_written_once() -> None:
-    """Whoever reads or writes a log imports its names from bus."""
+    """Code that reads or writes a log imports its names from `bus`."""
     found: dict[str, list[str]] = {}
     for path in sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -93,7 +93,7 @@ def test_names_in_the_log_are_written_once() -> None:
 
 
 @pytest.mark.parametrize("topic", [SENSE, BEACON, LINKS])
-def test_what_is_not_logged_has_no_name_in_the_log(topic: Topic[Any]) -> None:
+def test_a_topic_that_is_not_logged_has_no_log_name(topic: Topic[Any]) -> None:
     with pytest.raises(ValueError, match="is not logged"):
         _ = topic.log_name
 
@@ -119,14 +119,14 @@ def test_the_truth_does_not_leave_the_world(topic: Topic[Any]) -> None:
         topic.key("r1")
 
 
-def test_payloads() -> None:
+def test_a_payload_is_decoded_as_the_message_of_its_topic() -> None:
     payload = pb.Sense(cycle=3, vehicle=2, speed=30.0).SerializeToString()
     assert SENSE.decode(payload) == pb.Sense(cycle=3, vehicle=2, speed=30.0)
     with pytest.raises(PayloadError, match="sense: not a Sense"):
         SENSE.decode(payload[:-1])
 
 
-def test_whatever_waits_has_the_cycle_it_is_for() -> None:
+def test_messages_that_are_waited_for_have_a_cycle() -> None:
     for topic in TOPICS:
         assert "cycle" in topic.message.DESCRIPTOR.fields_by_name
         assert "time_ns" in topic.message.DESCRIPTOR.fields_by_name
