@@ -1,4 +1,4 @@
-"""Code of the user's own that ends, hangs or gives up: it is named, and the command goes on."""
+"""The user's own code may exit, hang or fail. The error names it, and the command goes on."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def write(
 
 @pytest.mark.parametrize("what", LEAVES)
 @pytest.mark.parametrize("own", [OWN_LAW, OWN_ESTIMATOR], ids=["law", "estimator"])
-def test_a_file_that_leaves_while_it_is_loaded_is_refused(
+def test_a_file_that_exits_while_it_is_loaded_is_refused(
     tmp_path: Path, what: str, own: tuple[str, str]
 ) -> None:
     write(tmp_path, at_load=what)
@@ -86,7 +86,7 @@ def test_a_file_that_leaves_while_it_is_loaded_is_refused(
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
 @pytest.mark.parametrize("what", ["sys.exit(0)", "raise KeyboardInterrupt", "raise Ended('x')"])
 @pytest.mark.parametrize(("own", "line"), [(OWN_LAW, 16), (OWN_ESTIMATOR, 24)])
-def test_code_that_leaves_in_a_run_is_named_and_the_log_kept(
+def test_code_that_exits_in_a_run_is_named_and_the_log_is_kept(
     tmp_path: Path, own: tuple[str, str], line: int, what: str, bus: str
 ) -> None:
     write(tmp_path, at_run=what)
@@ -116,7 +116,7 @@ def test_an_estimator_that_hangs_is_named_with_its_line(
     assert load(tmp_path / "out" / "run.mcap").cycles > 0
 
 
-def test_a_dataclass_of_parameters_may_refuse_them(tmp_path: Path) -> None:
+def test_a_dataclass_may_refuse_its_parameters(tmp_path: Path) -> None:
     write(tmp_path)
     for gain, said in (
         ("3.0", "ValueError: a gain above 2 is not stable (bad.py, line 11)"),
@@ -147,8 +147,8 @@ def test_a_linear_form_that_fails_is_found_before_the_run(
     assert outcome.err == f"control.model: {said}  (--set control.model=bad:LINEAR)\n"
 
 
-def test_a_request_to_end_is_none_of_the_code(tmp_path: Path) -> None:
-    """Ctrl-C while a file is loaded ends the command as ever, and blames nobody."""
+def test_ctrl_c_is_not_blamed_on_the_code(tmp_path: Path) -> None:
+    """Ctrl-C ends the command as usual while a file is loaded, and the file is not blamed."""
     write(tmp_path, at_load="open('loads', 'w').close(); time.sleep(600)")
     with command(tmp_path, "check", "s.yaml", *OWN_LAW) as started:
         wait_until((tmp_path / "loads").exists, "the file is being loaded")
@@ -158,8 +158,8 @@ def test_a_request_to_end_is_none_of_the_code(tmp_path: Path) -> None:
     assert "bad.py" not in outcome.err
 
 
-def test_a_limit_leaves_the_alarm_of_others_as_it_was() -> None:
-    """A process watches itself by the same timer."""
+def test_a_limit_restores_the_alarm_of_its_process() -> None:
+    """A process may watch itself with the same timer."""
     before = signal.signal(signal.SIGALRM, signal.SIG_IGN)
     try:
         signal.setitimer(signal.ITIMER_REAL, 900.0, 800.0)
@@ -174,8 +174,8 @@ def test_a_limit_leaves_the_alarm_of_others_as_it_was() -> None:
         signal.signal(signal.SIGALRM, before)
 
 
-def test_a_limit_is_not_reached_by_the_alarm_of_others() -> None:
-    """The timer by which a process watches itself may ring at any moment."""
+def test_the_alarm_of_a_process_is_not_taken_for_the_limit() -> None:
+    """The timer with which a process watches itself may go off at any moment."""
     rung: list[int] = []
     before = signal.signal(signal.SIGALRM, lambda number, _: rung.append(number))
     try:

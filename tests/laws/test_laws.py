@@ -77,7 +77,7 @@ def test_bilateral(ahead: Relative, behind: Relative, v: float, a: float) -> Non
     assert bilateral(ahead, behind, v) == pytest.approx(a, abs=1e-12)
 
 
-def test_nothing_to_do_in_equilibrium() -> None:
+def test_acceleration_is_zero_in_equilibrium() -> None:
     assert following(REST, 30.0) == 0.0
     assert bilateral(REST, REST, 30.0) == 0.0
     # The bilateral law has no desired gap: any two equal ones will do.
@@ -85,8 +85,8 @@ def test_nothing_to_do_in_equilibrium() -> None:
 
 
 @given(st.floats(0.0, 60.0), st.floats(0.001, 1.0))
-def test_speeds_are_drawn_to_the_desired_one(v: float, k_c: float) -> None:
-    """The paper's k_c (v - v_des) would drive them away from it."""
+def test_speeds_converge_to_the_desired_one(v: float, k_c: float) -> None:
+    """The paper's k_c (v - v_des) would drive speeds away from it."""
     wanted = WANTED._replace(k_c=k_c)
     for a in (following(REST, v, wanted), bilateral(REST, REST, v, wanted)):
         assert a == pytest.approx(k_c * (30.0 - v), abs=1e-12)
@@ -148,7 +148,7 @@ STEADY = Motion(30.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("ahead", "told", "leader", "v", "a"),
+    ("ahead", "predecessor", "leader", "v", "a"),
     [
         (REST, STEADY, STEADY, 30.0, 0.0),
         # c1 = 0.5, xi = 1, omega_n = 0.2: alphas 0.5, 0.5, -0.3, -0.1, -0.04 (Plexe)
@@ -159,8 +159,12 @@ STEADY = Motion(30.0, 0.0)
         (Relative(47.5, 0.0), STEADY, STEADY, 30.0, 0.4),
     ],
 )
-def test_cooperative(ahead: Relative, told: Motion, leader: Motion, v: float, a: float) -> None:
-    assert cooperative(ahead, told, leader, v, cacc.Parameters()) == pytest.approx(a, abs=1e-12)
+def test_cooperative(
+    ahead: Relative, predecessor: Motion, leader: Motion, v: float, a: float
+) -> None:
+    assert cooperative(ahead, predecessor, leader, v, cacc.Parameters()) == pytest.approx(
+        a, abs=1e-12
+    )
 
 
 def test_cooperative_with_more_damping() -> None:

@@ -1,4 +1,4 @@
-"""A law may import modules beside it: they are in its hash, and no other law sees them."""
+"""A law may import modules beside it. Its hash covers them, and no other law sees them."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("changed", CHANGES)
-def test_a_study_knows_a_change_in_a_module_beside_the_law(tmp_path: Path, changed: str) -> None:
+def test_a_study_notices_a_change_in_a_module_beside_the_law(tmp_path: Path, changed: str) -> None:
     cell = Cell(scenario=str(write(tmp_path)), seed=1)
     before = cell.key()
     (tmp_path / "unrelated.py").write_text("K = 3.0\n")
@@ -73,7 +73,7 @@ def test_a_study_knows_a_change_in_a_module_beside_the_law(tmp_path: Path, chang
     assert cell.key() != before
 
 
-def test_a_study_knows_a_change_in_a_module_beside_an_estimator(tmp_path: Path) -> None:
+def test_a_study_notices_a_change_in_a_module_beside_an_estimator(tmp_path: Path) -> None:
     text = "{duration_s: 3, fleet: {size: 3}, estimator: {kind: 'own:LAW'}}"
     cell = Cell(scenario=str(write(tmp_path, law=ESTIMATOR, scenario=text)), seed=1)
     before = cell.key()
@@ -81,18 +81,18 @@ def test_a_study_knows_a_change_in_a_module_beside_an_estimator(tmp_path: Path) 
     assert cell.key() != before
 
 
-def test_the_hash_is_that_of_the_lines_of_sha256sum(tmp_path: Path) -> None:
+def test_the_hash_equals_that_of_sha256sum(tmp_path: Path) -> None:
     model = api.scenario(write(tmp_path)).scenario.control.model
     files = ["gains.py", "own.py", "shapes/error.py", "shapes/scale.py"]
     command = f"sha256sum {' '.join(files)} | sha256sum"
-    told = subprocess.run(
+    hashed = subprocess.run(
         command, shell=True, cwd=tmp_path, capture_output=True, text=True, check=True
     )
-    assert model == f"own:LAW#{told.stdout[:12]}"
+    assert model == f"own:LAW#{hashed.stdout[:12]}"
 
 
 def test_modules_of_two_folders_do_not_mix(tmp_path: Path) -> None:
-    """Two folders have a `gains.py` each; runs of both, in turns, in one process."""
+    """Two folders have a `gains.py` each, and one process runs both in turn."""
     one = write(tmp_path / "one", 0.1)
     two = write(tmp_path / "two", 0.3)
     prints = [
@@ -109,7 +109,7 @@ def test_modules_of_two_folders_do_not_mix(tmp_path: Path) -> None:
         assert load(tmp_path / f"{path.parent.name}-alone" / "run.mcap").fingerprint == expected
 
 
-def test_a_changed_module_is_loaded_anew(tmp_path: Path) -> None:
+def test_a_changed_module_is_loaded_again(tmp_path: Path) -> None:
     path = write(tmp_path / "s")
     before = api.run(path, engine="in-process", out=tmp_path / "before")
     (path.parent / "gains.py").write_text("K = 0.2\n")
@@ -158,7 +158,7 @@ def test_a_module_that_cannot_be_run_is_named(tmp_path: Path, gains: str | None,
 
 
 @pytest.mark.parametrize("name", ["statistics.py", "zenvoy/__init__.py", "zenvoy/laws.py"])
-def test_python_and_zenvoy_come_before_what_lies_beside(tmp_path: Path, name: str) -> None:
+def test_python_and_zenvoy_come_before_modules_beside(tmp_path: Path, name: str) -> None:
     write(tmp_path, law=f"import statistics\nstatistics.mean([1.0])\n{LAW}")
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("raise RuntimeError\n")
@@ -169,7 +169,7 @@ def test_python_and_zenvoy_come_before_what_lies_beside(tmp_path: Path, name: st
 @pytest.mark.parametrize(
     "form", ["import {}.gains as g", "from {} import gains as g", "from . import gains as g"]
 )
-def test_an_installed_package_counts_with_all_that_the_law_imports_of_it(
+def test_the_hash_covers_all_that_a_law_imports_of_an_installed_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, form: str
 ) -> None:
     site, scenarios = tmp_path / "site", tmp_path / "scenarios"

@@ -1,4 +1,4 @@
-"""Laws that a scenario brings along: found by name, checked, run alike everywhere, and logged."""
+"""A scenario's own laws are found by name and checked. They run alike everywhere and are logged."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from zenvoy.analysis.theory.of_run import NoTheoryError, theory_of
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.studies.cell import Cell
 
-# A law with all that one may have: both sides, a state, columns, a linear form, random numbers.
+# A law with every feature: both sides, a state, columns, a linear form, random numbers.
 RICH = """
 from dataclasses import dataclass
 
@@ -113,8 +113,8 @@ def test_log_and_report_name_the_laws_without_their_code(laws: Path, mixed: Run)
     assert texts == ["idm:smith: 5-6"]
     outcome = zenvoy(laws, "analyze", "run.mcap")
     assert outcome.code == 0, outcome.err
-    told = zenvoy(laws, "info", "run.mcap").out
-    assert all(f"│ {law.name} " in told and law.reference in told for law in own.values())
+    printed = zenvoy(laws, "info", "run.mcap").out
+    assert all(f"│ {law.name} " in printed and law.reference in printed for law in own.values())
 
 
 def test_logged_values_are_named_columns(mixed: Run, tmp_path: Path) -> None:
@@ -132,8 +132,8 @@ def test_logged_values_are_named_columns(mixed: Run, tmp_path: Path) -> None:
     assert "IDM" in file.read_text()
 
 
-def test_a_law_that_takes_over_starts_anew(mixed: Run) -> None:
-    """Its state counts the decisions since it took over, after the outage once more."""
+def test_a_law_that_takes_over_starts_afresh(mixed: Run) -> None:
+    """Its state counts the decisions since it took over, and starts again after the outage."""
     counted = mixed.estimate["Rich.decisions"][:, 0]
     starts = np.flatnonzero(counted == 0.0)
     assert len(starts) >= 2
@@ -151,7 +151,7 @@ def test_random_numbers_depend_on_the_seed_alone(laws: Path, mixed: Run) -> None
     )
 
 
-def test_theory_knows_a_law_by_what_the_log_says_of_it(laws: Path) -> None:
+def test_theory_takes_a_law_from_the_log(laws: Path) -> None:
     text = """
     duration_s: 3
     fleet: {size: 5}
@@ -287,7 +287,7 @@ def refusal(folder: Path, control: str) -> str:
         ("model: PBMC", "control.model: 'PBMC' is not one of FM, BCM, MBCM, PBCM, CACC"),
     ],
 )
-def test_what_is_no_law_or_no_parameter_is_refused_in_words(
+def test_a_wrong_law_or_parameter_is_refused_with_a_message(
     laws: Path, control: str, said: str
 ) -> None:
     (laws.parent / "out.py").write_text(IDM)
@@ -295,7 +295,7 @@ def test_what_is_no_law_or_no_parameter_is_refused_in_words(
     assert refusal(laws, control).startswith(said)
 
 
-def test_code_is_found_beside_the_scenario_wherever_the_command_is(laws: Path) -> None:
+def test_code_is_found_beside_the_scenario_from_any_working_folder(laws: Path) -> None:
     folder = laws / "deep"
     folder.mkdir()
     shutil.copy(laws / "idm.py", folder)
@@ -304,7 +304,7 @@ def test_code_is_found_beside_the_scenario_wherever_the_command_is(laws: Path) -
     assert zenvoy(laws, "check", "quickstart", "--set", "control.model=idm:smith").code == 0
 
 
-def test_code_from_elsewhere_runs_only_by_leave(laws: Path) -> None:
+def test_code_from_elsewhere_runs_only_with_permission(laws: Path) -> None:
     (laws.parent / "away.py").write_text(IDM)
     (laws / "s.yaml").write_text('control: {model: "../away.py:smith"}')
     assert zenvoy(laws, "check", "s.yaml").code == 2
@@ -315,7 +315,7 @@ def test_code_from_elsewhere_runs_only_by_leave(laws: Path) -> None:
     assert found.startswith("../away.py:smith#")
 
 
-def test_a_study_knows_a_changed_source(laws: Path) -> None:
+def test_a_study_notices_a_changed_source(laws: Path) -> None:
     cell = Cell(scenario=str(laws / "mixed.yaml"), seed=1)
     before = cell.key()
     assert cell.key() == before
@@ -332,7 +332,7 @@ def test_a_comparison_has_the_colours_of_the_laws(laws: Path) -> None:
     assert colours(runs) == ["#CC79A7", "#D55E00"]
 
 
-def test_what_new_writes_runs_and_passes_its_test(tmp_path: Path) -> None:
+def test_a_law_that_new_writes_runs_and_passes_its_test(tmp_path: Path) -> None:
     assert zenvoy(tmp_path, "new", "law", "gap_keeper").code == 0
     outcome = zenvoy(tmp_path, "check", "gap_keeper.yaml", "--strict")
     assert (outcome.code, outcome.err) == (0, "")
@@ -388,10 +388,10 @@ estimator: {{kind: "mine:constant", parameters: {{{parameters}}}}}
 """
 
 
-def test_an_estimator_of_ones_own_gives_the_same_bits_everywhere(tmp_path: Path) -> None:
+def test_an_own_estimator_gives_the_same_bits_everywhere(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(ESTIMATOR)
     run = load(write_log(tmp_path / "s.mcap", with_estimator("gain: 1.0")))
-    # With a gain of 1 it believes what is read.
+    # With a gain of 1 the estimate is the reading.
     np.testing.assert_allclose(run.estimate["speed"][1:], run.radar["speed"][1:40], atol=1e-12)
     half = load(write_log(tmp_path / "h.mcap", with_estimator("gain: 0.25")))
     assert half.fingerprint != run.fingerprint
@@ -432,7 +432,7 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_no_estimator_is_refused_in_words(laws: Path, estimator: str, said: str) -> None:
+def test_a_wrong_estimator_is_refused_with_a_message(laws: Path, estimator: str, said: str) -> None:
     (laws / "mine.py").write_text(ESTIMATOR)
     (laws / "s.yaml").write_text(f"estimator: {{{estimator}}}")
     outcome = zenvoy(laws, "check", "s.yaml")
