@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def exact(p: float, v: float, a: float, dt: float) -> tuple[float, float]:
-    """One vehicle, by the closed form; a stop costs v² / 2|a|."""
+    """Move one vehicle by the closed form. It stops after v² / 2|a|."""
     if a < 0.0 and v + a * dt < 0.0:
         return p + v * v / (-2.0 * a), 0.0
     return p + v * dt + a * dt * dt / 2.0, v + a * dt
@@ -58,11 +58,11 @@ def test_by_hand() -> None:
         np.array([2.0, -3.0, -3.0, -3.0]),
         2.0,
     )
-    assert position.tolist() == [24.0, 1.5, 10.0, 6.0]  # stops after 1 s; stands; stops just now
+    assert position.tolist() == [24.0, 1.5, 10.0, 6.0]  # stops after 1 s; stands; stops at the end
     assert speed.tolist() == [14.0, 0.0, 0.0, 0.0]
 
 
-def test_what_it_is_given_is_left_as_it_was() -> None:
+def test_arguments_are_not_changed() -> None:
     position, speed, a = np.array([0.0]), np.array([3.0]), np.array([-3.0])
     advance(position, speed, a, 2.0)
     assert (position.item(), speed.item(), a.item()) == (0.0, 3.0, -3.0)

@@ -1,4 +1,4 @@
-"""The true fleet: commands and brakes inside cycles, standstill, ring and collisions."""
+"""The true fleet obeys commands and brakes inside cycles, stands still, and collides."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def exact(
     brakes: list[tuple[int, int, float]],
     until_ns: int,
 ) -> tuple[float, float]:
-    """One vehicle by the closed form, piece by piece: (from_ns, a) and (from_ns, until_ns, a)."""
+    """Move a vehicle by the closed form. Steps are (from_ns, a), brakes (from_ns, until_ns, a)."""
     instants = {0, until_ns, *(t for t, _ in steps), *(t for b in brakes for t in b[:2])}
     times = sorted(t for t in instants if 0 <= t <= until_ns)
     for now_ns, next_ns in pairwise(times):
@@ -79,20 +79,20 @@ brakings = st.lists(
 @settings(deadline=None, max_examples=150)
 @given(commands, brakings, st.floats(0.0, 4.0))
 def test_agrees_with_the_closed_form(
-    told: list[tuple[int, int, float]],
+    commanded: list[tuple[int, int, float]],
     braked: list[tuple[int, int, int, float]],
     speed_mps: float,
 ) -> None:
-    """Changes at any millisecond of any cycle, and slow enough that vehicles come to stand."""
+    """Accelerations change at any millisecond, and vehicles are so slow that they stop."""
     fleet = Fleet(
         scenario(
             speed_mps=speed_mps,
             brakes=tuple(brake(i, at / 1e3, ms / 1e3, a) for i, at, ms, a in braked),
         )
     )
-    told = sorted(told, key=lambda entry: entry[1])
+    commanded = sorted(commanded, key=lambda entry: entry[1])
     start = fleet.position.tolist()
-    fleet.command([command(i, at * MS_NS, a) for i, at, a in told])
+    fleet.command([command(i, at * MS_NS, a) for i, at, a in commanded])
     for cycle in range(1, 24):
         assert fleet.advance_to(cycle * T_NS) == []
         assert (fleet.speed >= 0.0).all()
@@ -100,7 +100,7 @@ def test_agrees_with_the_closed_form(
             p, v = exact(
                 start[i],
                 speed_mps,
-                [(at * MS_NS, a) for who, at, a in told if who == i + 1],
+                [(at * MS_NS, a) for who, at, a in commanded if who == i + 1],
                 [(at * MS_NS, (at + ms) * MS_NS, a) for who, at, ms, a in braked if who == i + 1],
                 cycle * T_NS,
             )
@@ -118,7 +118,7 @@ def test_sensed_acceleration_is_the_mean_over_the_cycle() -> None:
     assert fleet.mean_acceleration.tolist() == pytest.approx([2.0, 0.0, 0.0], abs=1e-12)
 
 
-def test_a_command_takes_effect_at_its_instant_or_at_once_if_that_has_passed() -> None:
+def test_a_command_takes_effect_at_its_time_or_at_once_if_that_has_passed() -> None:
     fleet = Fleet(scenario())
     fleet.advance_to(T_NS)
     fleet.command([command(1, 50 * MS_NS, 1.0), command(2, T_NS, 2.0), command(3, 2 * T_NS, 3.0)])
@@ -146,10 +146,10 @@ def test_commands_are_limited_and_brakes_are_not() -> None:
     st.lists(st.lists(st.floats(-9.0, 9.0), min_size=5, max_size=5), min_size=1, max_size=40),
     st.integers(0, 99),
 )
-def test_whatever_is_commanded_the_ring_stays_whole(
+def test_no_command_breaks_the_order_on_the_ring(
     ring: bool, cycles: list[list[float]], offset_ms: int
 ) -> None:
-    """Gaps of 6 m at 3 m/s: there are collisions in nearly every run."""
+    """With gaps of 6 m at 3 m/s there are collisions in nearly every run."""
     fleet = Fleet(scenario(size=5, gap_m=6.0, speed_mps=3.0, ring=ring))
     for k, accelerations in enumerate(cycles):
         at_ns = k * T_NS + offset_ms * MS_NS
@@ -170,7 +170,7 @@ def test_whatever_is_commanded_the_ring_stays_whole(
 
 
 def approach(closing_mps: float) -> tuple[Fleet, list[int]]:
-    """Vehicle 2 of 3 nears a vehicle 1 that stands; runs until it must have arrived."""
+    """Let vehicle 2 of 3 approach vehicle 1, which stands, until it must have arrived."""
     fleet = Fleet(scenario(ring=False, gap_m=8.0, speed_mps=0.0))
     fleet.speed = np.array([0.0, closing_mps, 0.0])
     reported: list[int] = []
@@ -180,14 +180,14 @@ def approach(closing_mps: float) -> tuple[Fleet, list[int]]:
 
 
 @pytest.mark.parametrize("closing_mps", [10.0, 3.0, 1.7, 0.5, 0.2])
-def test_a_collision_is_reported_however_slow(closing_mps: float) -> None:
+def test_a_collision_is_reported_at_any_speed(closing_mps: float) -> None:
     fleet, reported = approach(closing_mps)
     assert fleet.position.tolist() == pytest.approx([16.0, 11.0, 0.0], abs=1e-8)
     assert fleet.speed.tolist() == [0.0, 0.0, 0.0]
     assert reported == [1]
 
 
-def test_one_contact_is_reported_once_and_the_next_one_anew() -> None:
+def test_each_contact_is_reported_once() -> None:
     fleet, reported = approach(4.0)
     push = [command(2, fleet.time_ns, 3.0)]
     fleet.command(push)

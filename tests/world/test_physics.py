@@ -1,4 +1,4 @@
-"""The paper's case 15 does what the paper says of it, judged from the log (in-process bus)."""
+"""The log of the paper's case 15 shows what the paper says of it (in-process bus)."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_pbcm_keeps_the_vehicles_apart(pbcm: Path) -> None:
 
 def test_pbcm_estimates_better_than_it_reads(pbcm: Path) -> None:
     speed = summarize(pbcm)["speed"]
-    # readings are wrong by up to 10 % of 30 m/s, evenly: 3 / sqrt(3) m/s
+    # errors of readings are uniform up to 10 % of 30 m/s: 3 / sqrt(3) m/s
     assert speed["measured"]["rmse"] == pytest.approx(3.0 / 3**0.5, rel=0.02)
     assert speed["estimated"]["rmse"] <= 0.43 * speed["measured"]["rmse"]
 

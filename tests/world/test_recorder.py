@@ -1,4 +1,4 @@
-"""What a log on disk has of a run that is under way."""
+"""The log on disk keeps up with a run that is under way."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from zenvoy.scenarios import load
 from zenvoy.world.recorder import Recorder
 
 
-def test_what_was_logged_before_a_long_wait_is_on_the_disk(tmp_path: Path) -> None:
-    """At a tenth of real time, or where a vehicle is waited for, no cycle begins for long."""
+def test_messages_logged_before_a_long_wait_are_on_disk(tmp_path: Path) -> None:
+    """No cycle begins for long at a tenth of real time, or while the run waits for a vehicle."""
     now_ns = 0
 
     def on_disk() -> int:

@@ -1,4 +1,4 @@
-"""Gaps on both roads, and what a collision does."""
+"""The road computes gaps and separates vehicles that collide."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_gaps_by_hand() -> None:
     np.testing.assert_array_equal(Road(200.0).gaps(position), [165.0, 30.0, 5.0])
 
 
-def test_nothing_is_put_back_that_has_room() -> None:
+def test_vehicles_with_room_are_not_moved() -> None:
     position, speed = np.array([100.0, 95.0, 80.0]), np.array([1.0, 2.0, 3.0])
     for road in (Road(None), Road(200.0)):
         after, speeds, moved = road.separate(position, speed, LENGTH_M)
@@ -32,13 +32,13 @@ def test_nothing_is_put_back_that_has_room() -> None:
         np.testing.assert_array_equal(speeds, speed)
 
 
-def test_a_follower_is_put_at_the_bumper_with_the_speed_of_its_leader() -> None:
+def test_a_follower_that_collides_is_put_at_the_bumper_of_its_leader_with_its_speed() -> None:
     position, speed = np.array([100.0, 96.0, 80.0]), np.array([10.0, 20.0, 30.0])
     after, speeds, moved = Road(None).separate(position, speed, LENGTH_M)
     assert moved == [1]
     assert after.tolist() == [100.0, 95.0, 80.0]
     assert speeds.tolist() == [10.0, 10.0, 30.0]
-    assert position.tolist() == [100.0, 96.0, 80.0]  # what it is given is left as it was
+    assert position.tolist() == [100.0, 96.0, 80.0]  # the argument is not changed
 
 
 def test_a_pile_up_goes_on_from_one_to_the_next() -> None:
@@ -50,7 +50,7 @@ def test_a_pile_up_goes_on_from_one_to_the_next() -> None:
 
 
 def test_a_pile_up_goes_across_the_seam_of_the_ring() -> None:
-    """Vehicle 1 follows the last one, touches it, and is in the way of vehicle 2 then."""
+    """Vehicle 1 follows the last one, touches it, and is then in the way of vehicle 2."""
     position = np.array([99.0, 95.0, 60.0, 2.0])
     after, speeds, moved = Road(100.0).separate(position, np.array([9.0, 8.0, 7.0, 1.0]), LENGTH_M)
     assert sorted(moved) == [0, 1]
@@ -60,7 +60,7 @@ def test_a_pile_up_goes_across_the_seam_of_the_ring() -> None:
 
 @st.composite
 def crowds(draw: st.DrawFn) -> tuple[float | None, Floats, Floats]:
-    """A ring or an open road with room for all, and vehicles in order with any gaps between."""
+    """Draw a road with room for all vehicles, and vehicles in order with any gaps between."""
     gaps = draw(st.lists(st.floats(-20.0, 60.0), min_size=2, max_size=8))
     position = draw(st.floats(-1e4, 1e4)) - np.cumsum([0.0, *gaps])
     speed = draw(st.lists(st.floats(0.0, 40.0), min_size=len(gaps) + 1, max_size=len(gaps) + 1))
@@ -74,7 +74,7 @@ def crowds(draw: st.DrawFn) -> tuple[float | None, Floats, Floats]:
 
 @settings(deadline=None, max_examples=400)
 @given(crowds())
-def test_after_it_everybody_has_room(crowd: tuple[float | None, Floats, Floats]) -> None:
+def test_after_separation_all_have_room(crowd: tuple[float | None, Floats, Floats]) -> None:
     ring_length_m, position, speed = crowd
     road = Road(ring_length_m)
     after, speeds, moved = road.separate(position, speed, LENGTH_M)

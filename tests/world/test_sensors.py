@@ -1,4 +1,4 @@
-"""Readings are wrong by as much as the settings say, and the same whoever asks when."""
+"""Readings have the errors that the settings say, and do not depend on the order of reading."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def read(sensors: SensorSet, cycle: int) -> Readings:
 
 
 def errors(readings: Readings) -> list[Floats]:
-    """Of gap, of the speed of the vehicle ahead and of the own speed, as shares of the truth."""
+    """Return relative errors of the gap, the speed of the vehicle ahead, and the own speed."""
     ahead = np.roll(SPEED, 1)
     target = readings.relative_speed + SPEED
     return [readings.gap / GAP - 1.0, target / ahead - 1.0, readings.speed / SPEED - 1.0]
 
 
 def all_errors(sensors: SensorSet) -> Floats:
-    """(kind, cycle, vehicle)."""
+    """Return the errors of all readings, (kind, cycle, vehicle)."""
     cycles = [errors(read(sensors, cycle)) for cycle in range(CYCLES)]
     return np.array(cycles).transpose(1, 0, 2)
 
@@ -55,7 +55,7 @@ def test_size_of_errors(distribution: Distribution, error: float) -> None:
         assert np.abs(drawn).max() <= error * (1.0 + 1e-12)
         assert np.abs(drawn).max() > 0.999 * error
     else:
-        assert np.abs(drawn).max() > 1.5 * error  # normal draws know no bounds
+        assert np.abs(drawn).max() > 1.5 * error  # normal draws are unbounded
 
 
 def test_errors_of_vehicles_cycles_and_kinds_are_independent() -> None:
@@ -76,9 +76,7 @@ def test_errors_of_vehicles_cycles_and_kinds_are_independent() -> None:
     st.lists(st.integers(0, 400), min_size=1, max_size=12),
     st.sampled_from(["uniform", "gaussian"]),
 )
-def test_cycles_may_be_asked_for_in_any_order(
-    cycles: list[int], distribution: Distribution
-) -> None:
+def test_cycles_may_be_read_in_any_order(cycles: list[int], distribution: Distribution) -> None:
     given_settings = Sensors(error=0.1, distribution=distribution, position_std_m=1.0)
     sensors = SensorSet(given_settings, seed=5, size=SIZE)
     for cycle in cycles:
@@ -94,7 +92,7 @@ def test_a_vehicle_reads_the_same_in_a_larger_fleet() -> None:
     np.testing.assert_array_equal(read(large, 9).speed[:7], of_small.speed)
 
 
-def test_another_seed_reads_otherwise() -> None:
+def test_another_seed_gives_other_readings() -> None:
     one, other = (SensorSet(Sensors(error=0.1), seed=seed, size=SIZE) for seed in (1, 2))
     assert (read(one, 0).gap != read(other, 0).gap).all()
 
@@ -117,7 +115,7 @@ def test_positions_are_read_with_an_error_in_metres() -> None:
     assert abs(wrong.mean()) < 3.0 * 2.0 / np.sqrt(wrong.size)
 
 
-def test_nothing_is_ahead_of_the_first_of_the_open_road() -> None:
+def test_nothing_is_ahead_of_the_first_vehicle_on_the_open_road() -> None:
     gap = GAP.copy()
     gap[0] = np.nan
     readings = SensorSet(Sensors(error=0.1), seed=1, size=SIZE).read(0, gap, POSITION, SPEED)
