@@ -1,4 +1,4 @@
-"""The channel as an agent: who gets what, when, and that nothing comes twice or too early."""
+"""The channel, as an agent, delivers each frame to its receiver once, and never too early."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Heard(NamedTuple):
     arrived_ns: int
 
 
-class Told(NamedTuple):
-    """What the log says became of a frame."""
+class Fate(NamedTuple):
+    """The outcome of a frame, as the log has it."""
 
     arrived_ns: int
     latency_ns: int
@@ -39,7 +39,7 @@ class Told(NamedTuple):
 
 
 class Air:
-    """Drives the channel through a whole run and keeps what came out."""
+    """Drives the channel through a whole run and keeps what it sends."""
 
     def __init__(self, scenario: Scenario, gap_m: float) -> None:
         self.size, self.cycles = scenario.fleet.size, scenario.cycles
@@ -47,15 +47,15 @@ class Air:
         self.heard: dict[Frame, Heard] = {}
         self.order: list[pb.Receive] = []
         self.links: list[pb.Links] = []
-        self.fate: dict[Frame, Told] = {}
+        self.fate: dict[Frame, Fate] = {}
         position = np.arange(self.size - 1.0, -1.0, -1.0) * gap_m
         agent, mailbox = LockStepChannel(scenario), Mailbox()
         for cycle in range(self.cycles):
             self._drain(agent, mailbox)
             for vehicle in range(1, self.size + 1):
                 mailbox.put(BEACON, vehicle, self.beacon(vehicle, cycle).SerializeToString())
-            told = pb.Positions(cycle=cycle, time_ns=cycle * T_NS, position=position.tolist())
-            mailbox.put(POSITIONS, 0, told.SerializeToString())
+            report = pb.Positions(cycle=cycle, time_ns=cycle * T_NS, position=position.tolist())
+            mailbox.put(POSITIONS, 0, report.SerializeToString())
         self._drain(agent, mailbox)
         assert agent.barrier is None
         assert mailbox.rejected.total() == 0
@@ -87,7 +87,7 @@ class Air:
             for source, destination, sequence, *fate in rows:
                 frame = (source, destination, sequence)
                 assert frame not in self.fate
-                self.fate[frame] = Told(*fate)
+                self.fate[frame] = Fate(*fate)
             return
         assert envelope.topic is RECEIVE
         receive = RECEIVE.decode(envelope.payload)
@@ -123,7 +123,7 @@ def scenario(
 
 
 def check(air: Air) -> None:
-    """Every frame is delivered once, in the first delivery after it has arrived, or it is lost."""
+    """Check that each frame is lost, or delivered once in the first delivery after its arrival."""
     assert [links.cycle for links in air.links] == list(range(air.cycles))
     vehicles = range(1, air.size + 1)
     assert Counter((receive.cycle, receive.vehicle) for receive in air.order) == Counter(
@@ -174,7 +174,7 @@ def test_every_frame_is_delivered_once_or_lost(
 
 
 def test_slow_frames_come_with_a_later_cycle() -> None:
-    """LTE-A Pro takes 20 to 80 ms: within 50 ms half of the frames are there."""
+    """LTE-A Pro takes 20 to 80 ms, so half of the frames arrive within 50 ms."""
     air = Air(scenario(technology="lte-a-pro", wait_ms=50.0, cycles=40), 37.5)
     check(air)
     outcomes = Counter(fate.outcome for fate in air.fate.values())
@@ -186,18 +186,18 @@ def test_slow_frames_come_with_a_later_cycle() -> None:
         if [pb.Beacon.FromString(payload).cycle for payload in receive.beacon]
         != sorted(pb.Beacon.FromString(payload).cycle for payload in receive.beacon)
     ]
-    assert overtaken == []  # within a delivery old frames come before new ones: they arrived first
+    assert overtaken == []  # within a delivery, old frames come first, since they arrived first
 
 
-def test_what_arrives_just_at_the_end_of_the_wait_is_there() -> None:
-    """10 ms of delay and 0.4 ms on the air."""
+def test_a_frame_that_arrives_just_at_the_end_of_the_wait_is_delivered() -> None:
+    """The latency is 10 ms of delay and 0.4 ms on the air."""
     for wait_ms, later in ((10.4, 0), (10.399999, 1)):
         air = Air(scenario(technology="ieee80211p", wait_ms=wait_ms), 37.5)
         check(air)
         assert {heard.cycle - frame[2] for frame, heard in air.heard.items()} == {later}
 
 
-def test_without_a_wait_everything_comes_with_the_next_cycle() -> None:
+def test_without_a_wait_all_frames_come_with_the_next_cycle() -> None:
     air = Air(scenario(technology="ieee80211p", wait_ms=0.0), 37.5)
     check(air)
     assert {sequence + 1 for _, _, sequence in air.heard} == {
@@ -208,7 +208,7 @@ def test_without_a_wait_everything_comes_with_the_next_cycle() -> None:
 
 
 def test_without_a_wait_a_delivery_does_not_depend_on_the_beacons_of_its_cycle() -> None:
-    """So it goes out before they have come, and vehicles need not wait for each other."""
+    """So the channel sends it before they come, and vehicles need not wait for each other."""
     agent = LockStepChannel(scenario(technology="ieee80211p", wait_ms=0.0))
     barrier = agent.barrier
     assert barrier is not None
@@ -221,12 +221,12 @@ def test_vehicles_out_of_range_hear_nothing() -> None:
     air = Air(scenario(technology="5g-mmwave", wait_ms=11.0, ring=False), 60.0)
     check(air)
     assert air.heard == {}
-    assert len(air.fate) == 12 * 8  # a row for each neighbour all the same
+    assert len(air.fate) == 12 * 8  # each neighbour still has a row
     assert {fate.outcome for fate in air.fate.values()} == {pb.OUTCOME_OUT_OF_RANGE}
 
 
 def test_a_frame_that_outlives_many_cycles_is_kept() -> None:
-    """300 bytes at 10 kbit/s take 240 ms on the air: three cycles are in flight at once."""
+    """300 bytes at 10 kbit/s take 240 ms on the air, so frames of three cycles are in flight."""
     settings_of_run = scenario(technology="ieee80211p", wait_ms=11.0)
     slow = settings_of_run.model_copy(
         update={"channel": Channel(technology=technologies()["ieee80211p"], bit_rate_mbps=0.01)}

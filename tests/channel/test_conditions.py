@@ -1,4 +1,4 @@
-"""Rules of the channel, loss by distance, damaged frames, second copies, order of arrival."""
+"""Rules, loss by distance, damage, duplicates and reordering do what the scenario says."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def frames(sequence: int) -> Rows:
 
 
 def ways(channel: Channel, count: int = 60) -> Impairments:
-    """(count, links): what becomes of so many frames of each link, one every 0.1 s."""
+    """Return the impairments, (count, links), of frames that each link sends every 0.1 s."""
     conditions = Conditions(scenario(channel))
     found = [
         conditions.of(frames(n), Scene(n, n * S_NS // 10, POSITION, 600.0)) for n in range(count)
@@ -70,11 +70,11 @@ def ways(channel: Channel, count: int = 60) -> Impairments:
 
 
 def within(share: float, p: float, n: int) -> bool:
-    """Whether a share of n lies in the 99 % interval about p."""
+    """Return whether a share of n lies in the 99 % interval about p."""
     return bool(abs(share - p) <= 2.58 * np.sqrt(p * (1.0 - p) / n))
 
 
-def test_loss_by_distance_runs_straight_between_its_points() -> None:
+def test_loss_by_distance_is_linear_between_its_points() -> None:
     table = ((50.0, 0.0), (150.0, 0.4), (250.0, 0.6))
     lost = ways(Channel(loss=Loss(by_distance=table)), count=400).lost
     for metres, p in ((20.0, 0.0), (60.0, 0.04), (100.0, 0.2), (200.0, 0.5), (300.0, 0.6)):
@@ -82,19 +82,19 @@ def test_loss_by_distance_runs_straight_between_its_points() -> None:
         assert within(there.mean(), p, there.size), metres
 
 
-def test_loss_by_distance_comes_on_top_of_the_independent_one() -> None:
+def test_loss_by_distance_adds_to_independent_loss() -> None:
     loss = Loss(p=0.5, by_distance=((0.0, 0.2),))
     lost = ways(Channel(loss=loss), count=200).lost
     assert within(lost.mean(), 1.0 - 0.5 * 0.8, lost.size)
 
 
-def test_damaged_frames_are_other_ones_than_lost_frames() -> None:
+def test_damaged_frames_are_not_lost_frames() -> None:
     way = ways(Channel(loss=Loss(p=0.3, corrupt=0.1)), count=200)
     assert within(way.damaged.mean(), 0.1, way.damaged.size)
     assert within(way.damaged[way.lost].mean(), 0.1, int(way.lost.sum()))
 
 
-def test_the_last_rule_that_applies_counts() -> None:
+def test_the_last_rule_that_applies_wins() -> None:
     rules = (
         Rule(from_s=1.0, until_s=2.0, loss=Loss(p=1.0)),
         Rule(source="1", loss=Loss(), latency=Latency(distribution="fixed", mean_ms=50.0)),
@@ -105,7 +105,7 @@ def test_the_last_rule_that_applies_counts() -> None:
     during[10:20] = True
     first = SOURCE == 0
     assert way.lost[during][:, ~first].all()
-    assert not way.lost[:, first].any()  # a rule with a loss of its own, none
+    assert not way.lost[:, first].any()  # its rule has its own loss, which is none
     assert not way.lost[~during].any()
     second = DESTINATION == 1
     assert (way.latency_ns[:, second] == 70 * MS_NS).all()
@@ -120,7 +120,7 @@ def test_a_rule_on_a_stretch() -> None:
     np.testing.assert_array_equal(lost, ends)
 
 
-def test_a_rule_that_says_what_the_channel_says_changes_nothing() -> None:
+def test_a_rule_equal_to_the_channel_changes_nothing() -> None:
     bursts = Loss(p=0.2, corrupt=0.1)
     latency = Latency(distribution="gamma", mean_ms=20.0, std_ms=5.0)
     plain = Channel(loss=bursts, latency=latency)
@@ -129,7 +129,7 @@ def test_a_rule_that_says_what_the_channel_says_changes_nothing() -> None:
         np.testing.assert_array_equal(one, other)
 
 
-def test_bursts_of_rules_are_their_own() -> None:
+def test_each_rule_has_its_own_bursts() -> None:
     bursts = Loss(gilbert_elliott=GilbertElliott(p=0.1, r=0.3))
     plain = ways(Channel(loss=bursts), count=300).lost
     ruled = ways(Channel(rules=(Rule(loss=bursts),)), count=300).lost
@@ -138,7 +138,7 @@ def test_bursts_of_rules_are_their_own() -> None:
     assert abs(np.corrcoef(plain.ravel(), ruled.ravel())[0, 1]) < 0.01
 
 
-def test_a_rule_does_not_change_the_luck_of_others() -> None:
+def test_a_rule_does_not_change_the_draws_of_other_links() -> None:
     loss = Loss(p=0.3, gilbert_elliott=GilbertElliott(p=0.05, r=0.5))
     plain = ways(Channel(technology=technologies()["lte-a-pro"], loss=loss))
     rule = Rule(source="3", loss=Loss(p=0.9), latency=Latency(distribution="fixed", mean_ms=1.0))
@@ -149,13 +149,13 @@ def test_a_rule_does_not_change_the_luck_of_others() -> None:
     assert (plain.lost[:, ~others] != ruled.lost[:, ~others]).any()
 
 
-# As the channel's agent has it: what is told, and what is heard.
+# Through the channel's agent: the frames that it reports, and those that vehicles hear.
 
 
 class Ran(NamedTuple):
-    """Frames by receiver, their arrivals (ns) and outcomes, and how often each was heard."""
+    """Reported frames by receiver, their arrivals (ns) and outcomes, and how often each arrives."""
 
-    told: Rows
+    reported: Rows
     arrived_ns: Ints
     outcome: Ints
     heard: dict[tuple[int, int, int], int]
@@ -186,31 +186,31 @@ def run(channel: Channel, cycles: int = 40) -> Ran:
                     heard[frame] = heard.get(frame, 0) + 1
     names = ("source", "destination", "distance", "sequence", "arrived_ns", "outcome")
     table = {name: np.concatenate([column[name] for column in columns]) for name in names}
-    told = Rows(
+    reported = Rows(
         table["source"].astype(np.int64) - 1,
         table["destination"].astype(np.int64) - 1,
         table["distance"].astype(np.float64),
         table["sequence"].astype(np.int64),
     )
-    return Ran(told, table["arrived_ns"], table["outcome"], heard)
+    return Ran(reported, table["arrived_ns"], table["outcome"], heard)
 
 
-def test_damaged_frames_are_counted_and_not_heard() -> None:
-    told, arrived_ns, outcome, heard = run(Channel(loss=Loss(corrupt=0.2)))
+def test_damaged_frames_are_reported_and_not_heard() -> None:
+    reported, arrived_ns, outcome, heard = run(Channel(loss=Loss(corrupt=0.2)))
     damaged = outcome == pb.OUTCOME_CORRUPTED
     assert within(damaged.mean(), 0.2, len(damaged))
     assert (arrived_ns[damaged] == -1).all()
     assert len(heard) == (~damaged).sum()
-    assert told.source.size == SIZE * (SIZE - 1) * 40
+    assert reported.source.size == SIZE * (SIZE - 1) * 40
 
 
-def test_second_copies_are_told_and_heard() -> None:
+def test_second_copies_are_reported_and_heard() -> None:
     channel = Channel(
         duplicate=0.25,
         loss=Loss(p=0.1),
         latency=Latency(distribution="uniform", min_ms=1.0, max_ms=15.0),
     )
-    told, arrived_ns, outcome, heard = run(channel)
+    reported, arrived_ns, outcome, heard = run(channel)
     second = outcome == pb.OUTCOME_DUPLICATE
     first = outcome == pb.OUTCOME_DELIVERED
     assert within(second.sum() / first.sum(), 0.25, int(first.sum()))
@@ -220,7 +220,7 @@ def test_second_copies_are_told_and_heard() -> None:
     at = {
         (*frame, copy): ns
         for *frame, copy, ns in zip(
-            told.source.tolist(), told.destination.tolist(), told.sequence.tolist(),
+            reported.source.tolist(), reported.destination.tolist(), reported.sequence.tolist(),
             second.tolist(), arrived_ns.tolist(), strict=True,
         )
     }  # fmt: skip
@@ -230,11 +230,11 @@ def test_second_copies_are_told_and_heard() -> None:
 
 
 @pytest.mark.parametrize("reorder", [True, False])
-def test_frames_overtake_where_they_may(reorder: bool) -> None:
+def test_frames_overtake_only_if_reordering_is_on(reorder: bool) -> None:
     latency = Latency(distribution="uniform", min_ms=10.0, max_ms=350.0, reorder=reorder)
-    told, arrived_ns, _, _ = run(Channel(latency=latency))
-    link = told.source * SIZE + told.destination
-    order = np.lexsort((told.sequence, link))
+    reported, arrived_ns, _, _ = run(Channel(latency=latency))
+    link = reported.source * SIZE + reported.destination
+    order = np.lexsort((reported.sequence, link))
     same = np.diff(link[order]) == 0
     gaps = np.diff(arrived_ns[order])[same]
     assert (gaps < 0).any() == reorder

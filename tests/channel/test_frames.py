@@ -1,4 +1,4 @@
-"""What becomes of frames: time on the air, loss, latency and outcome."""
+"""Frames have time on the air, loss, latency and outcome as their technology says."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EVENLY = np.arange(39, -1, -1.0) * 37.5
 
 @dataclass(frozen=True)
 class Over:
-    """A technology, and what a scenario says of it."""
+    """A technology, and a scenario's settings of it."""
 
     technology: str
     loss: float = 0.0
@@ -42,7 +42,7 @@ class Over:
     def fates(
         self, reach: Pairs, position: Floats, *, sequence: int = 0, sent_ns: int = 0, wait_ns: int
     ) -> Outcomes:
-        """Of frames of all of the fleet, in conditions that have seen nothing before."""
+        """Return the outcomes of frames of the whole fleet, in fresh conditions."""
         size = len(position)
         channel = Channel(technology=technologies()[self.technology], loss=Loss(p=self.loss))
         conditions = Conditions(Scenario(seed=self.seed, fleet=Fleet(size=size), channel=channel))
@@ -104,7 +104,7 @@ def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
     copies = 1 if broadcast else 2  # two neighbours within 50 m
     assert latency_ns.min() >= low_ms * MS_NS + over.medium.frame_time_ns
     assert latency_ns.max() <= high_ms * MS_NS + copies * over.medium.frame_time_ns
-    if low_ms < high_ms:  # uniform between: mean and extremes of thousands of draws
+    if low_ms < high_ms:  # uniform between them: mean and extremes of thousands of draws
         share = (latency_ns - over.medium.frame_time_ns) / MS_NS / (high_ms - low_ms)
         share -= low_ms / (high_ms - low_ms)
         n = len(share)
@@ -116,7 +116,7 @@ def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
 
 @pytest.mark.parametrize("loss", [0.0, 0.05, 0.3, 1.0])
 def test_share_of_losses(loss: float) -> None:
-    """Within 2.58 standard deviations, which right draws leave with probability 1 %."""
+    """The limit is 2.58 standard deviations, which right draws exceed with probability 1 %."""
     over, lost, n = Over("ieee80211p", loss=loss), 0, 0
     for sequence in range(20):
         _, fate = send(over, sequence=sequence)
@@ -128,7 +128,7 @@ def test_share_of_losses(loss: float) -> None:
     assert abs(lost - n * loss) <= 2.58 * math.sqrt(n * loss * (1.0 - loss))
 
 
-def test_each_frame_receiver_and_seed_has_its_own_luck() -> None:
+def test_each_frame_receiver_and_seed_has_its_own_draw() -> None:
     def outcomes(sequence: int, seed: int = 1) -> list[int]:
         _, fate = send(Over("ieee80211p", loss=0.5, seed=seed), sequence=sequence)
         outcome: list[int] = fate.outcome.tolist()
@@ -145,7 +145,7 @@ def test_each_frame_receiver_and_seed_has_its_own_luck() -> None:
     assert any(there[i, j] != there[j, i] for i, j in there)
 
 
-def test_luck_does_not_depend_on_who_else_is_there() -> None:
+def test_draws_do_not_depend_on_other_vehicles() -> None:
     over = Over("lte-a-pro", loss=0.5)
     few = pairs(EVENLY[:5], 30_000.0, None)
     some, alone = send(over)[1], over.fates(few, EVENLY[:5], wait_ns=11 * MS_NS)
@@ -154,8 +154,8 @@ def test_luck_does_not_depend_on_who_else_is_there() -> None:
     np.testing.assert_array_equal(some.arrived_ns[rows], alone.arrived_ns)
 
 
-def test_copies_go_out_one_after_the_other_to_the_nearest_first() -> None:
-    """Distances 10, 20 and 40 m: 5G mmWave has no broadcast and reaches 50 m."""
+def test_copies_go_out_one_by_one_to_the_nearest_receiver_first() -> None:
+    """Distances are 10, 20 and 40 m. 5G mmWave has no broadcast and reaches 50 m."""
     over = Over("5g-mmwave", mbps=1.0)  # 2.4 ms a copy
     position = np.array([100.0, 90.0, 60.0, 50.0])
     reach = pairs(position, 50.0, None)
@@ -181,7 +181,7 @@ def test_copies_go_out_one_after_the_other_to_the_nearest_first() -> None:
 
 
 def test_out_of_range() -> None:
-    """Nobody waits for a copy to one who is out of range, and no luck brings it there."""
+    """A copy to a receiver out of range delays no other copy, and never arrives."""
     over = Over("5g-mmwave", mbps=1.0)
     position = np.array([200.0, 140.0, 100.0])
     reach = pairs(position, 50.0, None)
@@ -198,7 +198,7 @@ def test_out_of_range() -> None:
     assert fate.arrived_ns.tolist() == [-1, -1, 12_400_000, 12_400_000]
 
 
-def test_late_is_what_arrives_after_the_deadline() -> None:
+def test_a_frame_after_the_deadline_is_late() -> None:
     over = Over("ieee80211p")
     for wait_ns, outcome in (
         (10_400_000, pb.OUTCOME_DELIVERED),

@@ -1,4 +1,4 @@
-"""Latencies against scipy's distributions, offsets that senders hold, and what is refused."""
+"""Latencies have scipy's distributions, senders hold offsets, and wrong settings are refused."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NS_PER_MS: Final = 1e6
 DRAWS: Final = 200_000
 TABLE_MS: Final = (20.0, 80.0)
 
-# Each with scipy's distribution in ms, and what lies beyond the bounds cut off.
+# Each with scipy's distribution in ms, truncated at the bounds.
 SHAPES: Final[list[tuple[Latency, Any]]] = [
     (Latency(), stats.uniform(20.0, 60.0)),
     (Latency(distribution="uniform", min_ms=5.0, max_ms=30.0), stats.uniform(5.0, 25.0)),
@@ -65,7 +65,7 @@ def latencies_ms(latency: Latency, seed: int = 1) -> NDArray[np.float64]:
 
 
 def agrees(draws_ms: NDArray[np.float64], cdf: Callable[[Any], Any]) -> bool:
-    """Kolmogorov and Smirnov's test at 1 %; draws are cut to whole ns, which it cannot see."""
+    """Return whether draws pass a Kolmogorov-Smirnov test at 1 %, which does not see whole ns."""
     return bool(stats.kstest(draws_ms, cdf).pvalue > 0.01)
 
 
@@ -73,7 +73,7 @@ def agrees(draws_ms: NDArray[np.float64], cdf: Callable[[Any], Any]) -> bool:
 def test_distributions_are_scipys(latency: Latency, shape: Any) -> None:
     draws_ms = latencies_ms(latency)
     assert agrees(draws_ms, shape.cdf)
-    # What it must not agree with: the same, two hundredths of its spread to the right.
+    # The test must reject the same distribution, shifted by two hundredths of its spread.
     low, high = shape.ppf([0.25, 0.75])
     assert not agrees(draws_ms + 0.02 * (high - low), shape.cdf)
     share = 0.9
@@ -81,7 +81,7 @@ def test_distributions_are_scipys(latency: Latency, shape: Any) -> None:
     assert (draws_ms <= shape.ppf(share)).mean() == pytest.approx(share, abs=2.6 * spread)
 
 
-def test_gamma_is_cut_off() -> None:
+def test_gamma_is_truncated() -> None:
     shape = stats.gamma(4.0, loc=10.0, scale=5.0)
     draws_ms = latencies_ms(CUT)
     assert draws_ms.max() <= 35.0
@@ -90,7 +90,7 @@ def test_gamma_is_cut_off() -> None:
 
 @pytest.mark.parametrize("shape", [0.3, 1.0, 4.0, 100.0])
 def test_gamma_is_scipys_quantile_at_every_draw(shape: float) -> None:
-    """Within a ten-thousandth of its deviation between the tails, and to a nanosecond in them."""
+    """They agree to 1e-4 of the deviation between the tails, and to a nanosecond in them."""
     scale_ms = 1_000.0
     latency = Latency(
         distribution="gamma", mean_ms=shape * scale_ms, std_ms=math.sqrt(shape) * scale_ms
@@ -108,11 +108,11 @@ def test_a_technology_may_have_no_delay() -> None:
     assert not latencies.draws
 
 
-def test_fixed() -> None:
+def test_a_fixed_latency_is_constant() -> None:
     assert set(latencies_ms(Latency(distribution="fixed", mean_ms=12.5)).tolist()) == {12.5}
 
 
-def test_samples_are_drawn_as_often_as_they_are_given() -> None:
+def test_samples_are_drawn_in_proportion_to_their_number() -> None:
     latency = Latency(distribution="samples", samples_ms=(30.0, 10.0, 10.0, 20.5))
     values, counts = np.unique(latencies_ms(latency), return_counts=True)
     assert values.tolist() == [10.0, 20.5, 30.0]
@@ -147,13 +147,13 @@ def rows(sequence: int, senders: Ints | None = None) -> Rows:
 
 
 def held(settings: SenderOffset, seed: int = 1, number: int = 0) -> Ints:
-    """(message, sender), ns."""
+    """Return the offsets of all messages, (message, sender), ns."""
     offsets = SenderOffsets(settings, Seeds((seed,), SENDERS), number)
     return np.array([offsets.of(rows(sequence)) for sequence in range(MESSAGES)])
 
 
 def spans(offsets: Ints) -> Ints:
-    """For how many messages an offset was held, without the last of each sender."""
+    """Return for how many messages each offset is held, without the last of each sender."""
     lengths = []
     for column in offsets.T:
         changes = np.flatnonzero(np.diff(column)) + 1
@@ -165,7 +165,7 @@ def test_offsets_are_held_for_a_number_of_messages() -> None:
     offsets = held(SenderOffset(max_ms=100.0))
     lengths, counts = np.unique(spans(offsets), return_counts=True)
     assert lengths.tolist() == list(range(5, 16))
-    # Of the first 30 spans of a sender, which are all complete, every length is as likely.
+    # Every length is equally likely among the first 30 spans of a sender, which are all complete.
     first = np.concatenate([spans(column[:, None])[:30] for column in offsets.T])
     assert stats.chisquare(np.unique(first, return_counts=True)[1]).pvalue > 0.01
     assert counts.min() > 0
@@ -173,7 +173,7 @@ def test_offsets_are_held_for_a_number_of_messages() -> None:
     assert agrees(offsets[-1] / NS_PER_MS, stats.uniform(0.0, 100.0).cdf)
 
 
-def test_offsets_of_senders_and_rules_are_their_own() -> None:
+def test_each_sender_and_rule_has_its_own_offsets() -> None:
     offsets = held(SenderOffset(max_ms=100.0))
     anew = offsets[::15, :20]  # no offset is held for more than 15
     correlations = np.array(np.corrcoef(anew.T))
@@ -186,7 +186,7 @@ def test_offsets_of_senders_and_rules_are_their_own() -> None:
         assert (other != offsets).mean() > 0.99
 
 
-def test_autocorrelation_falls_as_spans_end() -> None:
+def test_autocorrelation_decays_as_spans_end() -> None:
     """After d messages the same offset holds with probability E[max(0, L - d)] / E[L]."""
     offsets = held(SenderOffset(max_ms=100.0))[100:] / 1e8 - 0.5
     lengths = np.arange(5, 16)
@@ -196,7 +196,7 @@ def test_autocorrelation_falls_as_spans_end() -> None:
         assert found == pytest.approx(expected, abs=0.03)
 
 
-def test_offsets_may_be_kept() -> None:
+def test_offsets_may_outlast_a_pick() -> None:
     settings = SenderOffset(max_ms=100.0, from_messages=3, to_messages=3, keep=0.8)
     offsets = held(settings)[::3]  # a pick at each
     keeps = (np.diff(offsets, axis=0) == 0).mean()
@@ -205,7 +205,7 @@ def test_offsets_may_be_kept() -> None:
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=8))
-def test_offsets_do_not_depend_on_who_was_asked_when(steps: list[int]) -> None:
+def test_offsets_do_not_depend_on_the_order_of_queries(steps: list[int]) -> None:
     settings = SenderOffset(max_ms=100.0)
     often, seldom = (SenderOffsets(settings, Seeds((1,), SENDERS)) for _ in range(2))
     sequence = 0

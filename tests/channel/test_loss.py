@@ -1,4 +1,4 @@
-"""A section of loss: what its models lose together, and what a frame's loss depends on."""
+"""The models in a section of loss add up, and loss depends on link and frame alone."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Ints = NDArray[np.int64]
 
 
 def lost(losses: Losses, source: Ints, destination: Ints, sequence: Ints) -> Bools:
-    """What a section loses of frames that any draw lets through."""
+    """Return which frames a section loses although their draw would let them through."""
     rows = Rows(source, destination, np.full(len(source), 50.0), sequence)
     scene = Scene(int(sequence[0]), 0, np.zeros(0), None)
     return losses.lost(rows, scene, np.full(len(source), 1.0 - 2.0**-53))
@@ -34,7 +34,7 @@ def lost(losses: Losses, source: Ints, destination: Ints, sequence: Ints) -> Boo
 
 @given(seed=st.integers(0, 2**63 - 1), heard=st.lists(st.booleans(), min_size=30, max_size=30))
 def test_loss_depends_on_link_and_frame_alone(seed: int, heard: list[bool]) -> None:
-    """Being out of range for a while, or what other links there are, changes nothing."""
+    """Time out of range and other links do not change it."""
     everyone, alone = Losses(BOTH, Seeds((seed,), 4)), Losses(BOTH, Seeds((seed,), 4))
     source, destination = np.array([0, 1, 2, 2]), np.array([1, 2, 1, 3])
     for sequence, hears in enumerate(heard):
@@ -44,7 +44,7 @@ def test_loss_depends_on_link_and_frame_alone(seed: int, heard: list[bool]) -> N
             assert one[0] == all_of_them[2]
 
 
-def test_nothing_to_lose() -> None:
+def test_an_empty_section_loses_nothing() -> None:
     assert not lost(Losses(Loss(), Seeds((1,), 2)), *(np.array([k]) for k in (0, 1, 0))).any()
     assert not Losses(Loss(), Seeds((1,), 2)).draws
     assert not Losses(BOTH, Seeds((1,), 2)).draws  # bursts draw for themselves
@@ -60,7 +60,7 @@ def test_chances_are_compared_with_the_draw(loss: Loss) -> None:
     assert found.tolist() == [True, True, False]
 
 
-def test_a_frame_is_lost_if_any_model_says_so() -> None:
+def test_a_frame_is_lost_if_any_model_loses_it() -> None:
     index = np.arange(1, 500), np.zeros(499, dtype=np.int64), np.full(499, 7)
     one, other, together = (
         lost(Losses(loss, Seeds((1,), 500)), *index)

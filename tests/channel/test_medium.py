@@ -1,4 +1,4 @@
-"""Carrier sense, collisions, busy ratio and congestion control."""
+"""The medium has carrier sense, collisions, a busy ratio and congestion control."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ PERIOD: Final = 100_000_000
     [(300, 6.0, 51), (300, 3.0, 101), (300, 27.0, 12), (1, 6.0, 1), (400, 6.0, 68)],
 )
 def test_airtime_is_of_whole_symbols(frame_bytes: int, rate: float, symbols: int) -> None:
-    """16 + 8 · bytes + 6 bits in symbols of 24 bits at 3 Mbit/s, 48 at 6, 216 at 27."""
+    """16 + 8 · bytes + 6 bits go in symbols of 24 bits at 3 Mbit/s, 48 at 6, 216 at 27."""
     assert airtime_ns(frame_bytes, rate) == 40_000 + 8_000 * symbols
 
 
-def test_aifs() -> None:
+def test_aifs_is_that_of_the_standard() -> None:
     assert SPACE == 32_000 + 6 * 13_000
 
 
 def hearing(senses: NDArray[np.bool_]) -> Hearing:
-    """senses[i, j]: j senses i."""
+    """Return who hears whom, where senses[i, j] says that j senses i."""
     first = np.concatenate([[0], np.cumsum(senses.sum(axis=1))])
     return Hearing(first, np.flatnonzero(senses.ravel()) % len(senses))
 
@@ -61,11 +61,11 @@ def starts(ready_ns: Ints, senses: NDArray[np.bool_], seed: int = 1, window: int
     return contend(ready_ns, numbers, hearing(senses), idle, AIR, SPACE, PERIOD, backoffs)
 
 
-def test_alone_it_waits_for_aifs() -> None:
+def test_a_lone_station_waits_for_aifs() -> None:
     assert starts(np.array([5_000_000, -1]), everyone(2)).tolist() == [5_000_000 + SPACE, -1]
 
 
-def test_who_finds_it_busy_waits_for_the_end_and_a_backoff() -> None:
+def test_a_station_that_senses_another_waits_for_its_end_and_a_backoff() -> None:
     first, second = starts(np.array([0, 200_000]), everyone(2)).tolist()
     end = first + AIR
     slots, rest = divmod(second - end - SPACE, SLOT_NS)
@@ -74,7 +74,7 @@ def test_who_finds_it_busy_waits_for_the_end_and_a_backoff() -> None:
     assert slots == Backoffs(1, 15).slots(1, 0, 0)
 
 
-def test_who_does_not_sense_does_not_wait() -> None:
+def test_a_station_that_senses_nobody_does_not_wait() -> None:
     alone = np.zeros((2, 2), dtype=bool)
     assert starts(np.array([0, 200_000]), alone).tolist() == [SPACE, 200_000 + SPACE]
 
@@ -95,7 +95,7 @@ def network(ready: list[int], edges: list[bool]) -> tuple[Ints, NDArray[np.bool_
 
 
 @pytest.mark.parametrize("patience_ns", [AIR // 2, 3 * AIR])
-def test_who_finds_no_room_in_time_gives_up(patience_ns: int) -> None:
+def test_a_station_that_finds_no_time_gives_up(patience_ns: int) -> None:
     ready_ns, idle = np.array([0, 200_000]), np.zeros(2, dtype=np.int64)
     numbers, backoffs = np.zeros(2, dtype=np.int64), Backoffs(1, 15)
     heard = hearing(everyone(2))
@@ -132,7 +132,7 @@ def one_by_one(rows: Rows, began: Ints, senses: NDArray[np.bool_]) -> Iterator[b
 
 @given(networks)
 def test_collisions_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
-    began, senses = network(*drawn)  # whoever begins when: also what carrier sense forbids
+    began, senses = network(*drawn)  # any starts, even those that carrier sense forbids
     pairs = np.argwhere(senses & (began >= 0)[:, None])
     source, destination = pairs.T
     rows = Rows(source, destination, np.zeros(len(source)), np.zeros(len(source), dtype=np.int64))
@@ -153,7 +153,7 @@ def test_busy_ratio_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
         assert found[station] == pytest.approx(busy / PERIOD, rel=1e-12)
 
 
-def test_backoffs_are_uniform_and_their_own() -> None:
+def test_backoffs_are_uniform_and_independent() -> None:
     backoffs = Backoffs(1, 15)
     drawn = [backoffs.slots(s, q, t) for s in range(20) for q in range(50) for t in range(10)]
     assert stats.chisquare(np.bincount(drawn, minlength=16)).pvalue > 0.01
@@ -181,7 +181,7 @@ def rehearsed(of: Scenario) -> dict[str, NDArray[Any]]:
 
 
 def test_access_delay_grows_with_load() -> None:
-    """The mean wait beyond AIFS: about the share of busy time, and more, of half a frame."""
+    """The mean wait beyond AIFS rises with load, at least as in an M/D/1 queue."""
     waits = []
     for size in (2, 20, 60, 90):
         table = rehearsed(scenario(size))
@@ -197,7 +197,7 @@ def test_access_delay_grows_with_load() -> None:
 
 
 def test_hidden_stations_collide_where_others_hear_both() -> None:
-    """Sensed over 100 m, in a line of 1 km: collisions; sensed over all of it: next to none."""
+    """In a line of 1 km frames collide if sensed over 100 m, and rarely if sensed over 1 km."""
     shares = []
     for sense_m in (100.0, 2_000.0):
         outcome = rehearsed(scenario(100, carrier_sense_m=sense_m))["outcome"]
@@ -207,7 +207,7 @@ def test_hidden_stations_collide_where_others_hear_both() -> None:
     assert rehearsed(scenario(40))["outcome"].max() == pb.OUTCOME_COLLIDED
 
 
-def test_congestion_control_by_the_table() -> None:
+def test_congestion_control_follows_the_table() -> None:
     dcc, everyone_speaks = ReactiveDcc(1), np.array([True])
     for ratio, off_ms in [
         (0.0, 100),
@@ -227,7 +227,7 @@ def test_congestion_control_by_the_table() -> None:
         dcc = ReactiveDcc(1)
 
 
-def test_congestion_control_waits_from_the_last_frame_on() -> None:
+def test_congestion_control_counts_from_the_last_frame() -> None:
     dcc, speaks = ReactiveDcc(1), np.array([True])
     assert dcc.allowed(speaks, 0)[0]
     dcc.sensed(np.array([0.7]))
@@ -253,7 +253,7 @@ def test_the_same_seed_gives_the_same_frames(seed: int) -> None:
         np.testing.assert_array_equal(column, again[name])
 
 
-def test_the_log_tells_how_busy_it_was(tmp_path: Path) -> None:
+def test_the_log_has_the_busy_ratio(tmp_path: Path) -> None:
     text = "{duration_s: 2, fleet: {size: 5}, channel: {medium: {access: csma}}}"
     run = load_log(write_log(tmp_path / "run.mcap", text))
     assert run.busy_ratio.shape == (20, 5)

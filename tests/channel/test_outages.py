@@ -1,4 +1,4 @@
-"""Outages by time, link and stretch of road."""
+"""Outages are set by time, link and stretch of road."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ POSITION: Final = np.arange(SIZE - 1, -1, -1.0) * 40  # on a ring of 240 m, vehi
 
 
 def lost(*outages: Outage, at_s: float = 0.0, road: Road | None = None) -> set[tuple[int, int]]:
-    """Links, as numbers of sender and receiver, that an outage takes at that time."""
+    """Return the links, as (sender, receiver), that an outage takes at that time."""
     scenario = Scenario(
         fleet=Fleet(size=SIZE, gap_m=40.0, groups=(Group(name="tail", vehicles="5-6"),)),
         road=road or Road(),
@@ -39,7 +39,7 @@ def links(mask: NDArray[np.bool_]) -> set[tuple[int, int]]:
 ALL: Final = links(np.ones(len(SOURCE), dtype=np.bool_))
 
 
-def test_by_time_from_its_begin_up_to_but_not_with_its_end() -> None:
+def test_an_outage_includes_its_begin_and_excludes_its_end() -> None:
     outage = Outage(from_s=2.0, until_s=3.0)
     assert [bool(lost(outage, at_s=at_s)) for at_s in (1.9, 2.0, 2.9, 3.0)] == [
         False,
@@ -50,18 +50,18 @@ def test_by_time_from_its_begin_up_to_but_not_with_its_end() -> None:
     assert lost(outage, at_s=2.0) == ALL
 
 
-def test_without_end_it_lasts() -> None:
+def test_an_outage_without_end_lasts() -> None:
     assert lost(Outage(from_s=2.0), at_s=1e6) == ALL
 
 
-def test_by_link_one_way() -> None:
+def test_an_outage_of_a_link_is_one_way() -> None:
     assert lost(Outage(source="3", destination="2")) == {(3, 2)}
     assert lost(Outage(source="tail", destination="not tail")) == {
         (s, d) for s in (5, 6) for d in (1, 2, 3, 4)
     }
 
 
-def test_by_stretch_sender_or_receiver() -> None:
+def test_an_outage_of_a_stretch_takes_senders_and_receivers_in_it() -> None:
     inside = {3, 4}  # at 120 and 80 m
     assert lost(Outage(from_m=80.0, to_m=120.0)) == {
         (s, d) for s, d in ALL if s in inside or d in inside
@@ -77,7 +77,7 @@ def test_a_stretch_over_the_seam_of_the_ring() -> None:
     }
 
 
-def test_positions_on_the_ring_are_wrapped_and_on_the_open_road_not() -> None:
+def test_positions_are_wrapped_on_the_ring_and_not_on_the_open_road() -> None:
     once_around = Outage(from_m=240.0 + 80.0, to_m=240.0 + 120.0)
     assert lost(once_around) == set()
     assert lost(once_around, road=Road(type="open")) == set()
@@ -106,7 +106,7 @@ def test_outages_add_up(outages: list[Outage]) -> None:
     assert lost(*outages) == set().union(*(lost(outage) for outage in outages))
 
 
-def test_no_outage_costs_nothing() -> None:
+def test_a_scenario_without_outages_computes_none() -> None:
     assert Outages(Scenario()).lost(SOURCE, DESTINATION, POSITION, 0) is None
 
 

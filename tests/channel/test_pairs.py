@@ -1,4 +1,4 @@
-"""Who is in range of whom, against looking at every pair."""
+"""The search for vehicles in range agrees with a look at every pair."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zenvoy.channel.pairs import pairs
 def brute(
     position: list[float], range_m: float, ring_length_m: float | None
 ) -> dict[tuple[int, int], tuple[float, bool]]:
-    """Distance and whether in range, of pairs in range and of neighbours in the row."""
+    """Return distance, and whether in range, of pairs in range and of neighbours in the row."""
     n, found = len(position), {}
     for i in range(n):
         for j in range(n):
@@ -26,7 +26,7 @@ def brute(
     return found
 
 
-# Quarters of a metre are exact in binary, so that a pair just at the range is so for everybody.
+# Quarters of a metre are exact in binary, so both sides agree on a pair just at the range.
 quarters = st.integers(-40_000, 40_000).map(lambda k: k / 4)
 widths = st.integers(1, 8_000).map(lambda k: k / 4)
 
@@ -40,7 +40,7 @@ widths = st.integers(1, 8_000).map(lambda k: k / 4)
 def test_agrees_with_brute_force(
     position: list[float], range_m: float, ring_length_m: float | None
 ) -> None:
-    """Ranges below and above half of the ring, vehicles in any place, also in the same one."""
+    """Ranges are below and above half of the ring. Vehicles may share a place."""
     found = pairs(np.array(position), range_m, ring_length_m)
     rows = list(zip(found.source.tolist(), found.destination.tolist(), strict=True))
     values = zip(found.distance.tolist(), found.in_range.tolist(), strict=True)
@@ -52,7 +52,7 @@ def test_agrees_with_brute_force(
 
 
 def test_a_ring_of_forty_by_hand() -> None:
-    """37.5 m apart, 100 m of range: two on each side, 37.5 and 75 m away."""
+    """At 37.5 m apart and 100 m of range there are two on each side, 37.5 and 75 m away."""
     found = pairs(np.arange(39, -1, -1.0) * 37.5, 100.0, 1_500.0)
     assert len(found.source) == 40 * 4
     assert found.destination[found.source == 0].tolist() == [1, 2, 38, 39]
@@ -60,7 +60,7 @@ def test_a_ring_of_forty_by_hand() -> None:
     assert found.in_range.all()
 
 
-def test_a_neighbour_out_of_range_has_a_row_and_nobody_else_has() -> None:
+def test_of_vehicles_out_of_range_only_neighbours_have_a_row() -> None:
     found = pairs(np.array([1_000.0, 500.0, 490.0, 0.0]), 50.0, None)
     rows = zip(found.source.tolist(), found.destination.tolist(), strict=True)
     assert list(zip(rows, found.in_range.tolist(), strict=True)) == [

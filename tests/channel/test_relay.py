@@ -1,4 +1,4 @@
-"""Frames that vehicles pass on: who is reached, when, and what controllers make of it."""
+"""Vehicles relay frames, so that controllers reach beyond the range."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NEVER = 10**9
 
 
 def hop(links: dict[tuple[int, int], int]) -> Hop:
-    """Links by (source, destination): latency, -1 where lost."""
+    """Return a hop over links (source, destination), with latencies, or -1 where lost."""
     ends = sorted(links)
     source, destination = np.array(ends, dtype=np.int64).reshape(-1, 2).T
     return Hop(source, destination, np.array([links[end] for end in ends], dtype=np.int64))
@@ -49,7 +49,7 @@ def test_latencies_add_up_along_a_line() -> None:
     assert set(all_of_it) == {(i, j) for i in range(5) for j in range(5) if abs(i - j) >= 2}
 
 
-def test_what_is_lost_is_not_passed_on() -> None:
+def test_a_lost_frame_is_not_relayed() -> None:
     lost = LINE | {(1, 2): -1}
     found = reached(lost, 5, 9)
     assert found[0, 2] == (-1, 2)
@@ -57,14 +57,14 @@ def test_what_is_lost_is_not_passed_on() -> None:
     assert found[4, 0][0] > 0
 
 
-def test_the_fastest_of_several_ways_counts() -> None:
+def test_the_fastest_of_several_paths_counts() -> None:
     links = {(0, 1): 10, (0, 2): 30, (1, 3): 50, (2, 3): 20}
     assert reached(links, 4, 2) == {(0, 3): (50, 2)}
     assert reached(links | {(2, 3): -1}, 4, 2) == {(0, 3): (60, 2)}
     assert reached(links | {(2, 3): -1, (0, 1): -1}, 4, 2) == {(0, 3): (-1, 2)}
 
 
-def test_nobody_hears_from_itself_or_from_whom_it_hears_already() -> None:
+def test_relays_reach_neither_the_source_nor_a_vehicle_that_hears_it_already() -> None:
     links = {(0, 1): 1, (1, 0): 1, (1, 2): 1, (0, 2): 9}
     assert reached(links, 3, 5) == {}
 
@@ -83,7 +83,9 @@ networks = st.integers(2, 6).flatmap(
 
 
 @given(networks)
-def test_by_shortest_ways_one_by_one(drawn: tuple[int, dict[tuple[int, int], int], int]) -> None:
+def test_relayed_latencies_are_those_of_shortest_paths(
+    drawn: tuple[int, dict[tuple[int, int], int], int],
+) -> None:
     size, links, most = drawn
     expected = {}
     for source in range(size):
@@ -113,7 +115,7 @@ channel: {{technology: 5g-mmwave, relay_hops: {hops}}}
 
 
 def test_multi_node_control_reaches_beyond_the_range(tmp_path: Path) -> None:
-    """5G mmWave reaches 50 m: one vehicle each way at 37.5 m, three with three hops."""
+    """5G mmWave reaches 50 m: one vehicle each way at 37.5 m, and three with three hops."""
     alone, passed_on = (
         load_log(write_log(tmp_path / f"{hops}.mcap", MMWAVE.format(hops=hops))) for hops in (1, 3)
     )
@@ -129,7 +131,7 @@ def test_multi_node_control_reaches_beyond_the_range(tmp_path: Path) -> None:
     assert np.bincount(apart).tolist() == [0, 18 * 40, 18 * 40, 18 * 40]
 
 
-def test_losses_cut_what_is_passed_on(tmp_path: Path) -> None:
+def test_losses_reduce_what_is_relayed(tmp_path: Path) -> None:
     text = MMWAVE.format(hops=3).replace("relay_hops", "loss: {p: 0.2}, relay_hops")
     frames = load_log(write_log(tmp_path / "run.mcap", text)).frames
     apart = np.abs(frames["source"].astype(int) - frames["destination"])
