@@ -1,4 +1,4 @@
-"""Loss in bursts: the closed forms of netem's models, and draws that depend on the link alone."""
+"""Bursts of loss agree with the closed forms of netem's models, and links are independent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zenvoy.scenarios import FourState, GilbertElliott, ScenarioError, load
 
 LINKS: Final = 1_000
 FRAMES: Final = 1_000  # of each link: a million in all
-SETTLING: Final = 300  # chains begin in the first state, closed forms are of the long run
+SETTLING: Final = 300  # chains begin in the first state; closed forms hold in the long run
 Z_99: Final = 2.576
 
 GILBERT: Final = (
@@ -40,7 +40,7 @@ def four_states(model: FourState, seed: int) -> Step:
 
 
 def losses(step: Step, links: int = LINKS, frames: int = FRAMES) -> NDArray[np.bool_]:
-    """(frames, links): what links of one receiver each lose, once the chains have settled."""
+    """Return losses, (frames, links), of links to one receiver, once the chains have settled."""
     size = links + 1
     source, destination = np.arange(1, size), np.zeros(links, dtype=np.int64)
     chains = Chains(size, step)
@@ -52,13 +52,13 @@ def losses(step: Step, links: int = LINKS, frames: int = FRAMES) -> NDArray[np.b
 
 
 def agrees(samples: NDArray[Any], value: float) -> bool:
-    """Whether `value` lies in the 99 % interval of the mean of independent samples."""
+    """Return whether `value` lies in the 99 % interval of the mean of independent samples."""
     error = samples.std(ddof=1) / np.sqrt(len(samples))
     return bool(abs(samples.mean() - value) <= Z_99 * error)
 
 
 def burst_lengths(lost: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Lengths of all runs of lost frames that begin and end within the record."""
+    """Return the lengths of all runs of lost frames that begin and end within the record."""
     lengths = []
     for column in lost.T:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], column.astype(np.int8), [0]])))
@@ -85,7 +85,7 @@ def test_bursts_of_gilbert_are_geometric(model: GilbertElliott) -> None:
         assert agrees(lengths == length, r * (1 - r) ** (length - 1))
 
 
-def test_losses_of_gilbert_are_correlated_as_its_eigenvalue_says() -> None:
+def test_losses_of_gilbert_have_the_correlation_of_its_eigenvalue() -> None:
     model = GilbertElliott(p=0.05, r=0.25)
     lost = losses(gilbert(model, 3)).astype(float)
     share = 0.05 / 0.30
@@ -95,7 +95,7 @@ def test_losses_of_gilbert_are_correlated_as_its_eigenvalue_says() -> None:
 
 
 @pytest.mark.parametrize("model", STATES, ids=str)
-def test_four_states_lose_their_stationary_share_in_bursts_of_their_length(
+def test_four_states_lose_their_stationary_share_in_bursts_of_the_expected_length(
     model: FourState,
 ) -> None:
     p31 = 1 - model.p13 if model.p31 is None else model.p31
@@ -109,13 +109,13 @@ def test_four_states_lose_their_stationary_share_in_bursts_of_their_length(
     assert agrees(burst_lengths(lost), (model.p14 + in_burst) / bursts)
 
 
-def test_two_of_the_four_states_are_gilberts() -> None:
+def test_two_of_the_four_states_are_gilberts_model() -> None:
     lost = losses(four_states(FourState(p13=0.05, p31=0.25), 4))
     assert agrees(lost.mean(axis=0), 0.05 / 0.30)
     assert agrees(burst_lengths(lost), 1 / 0.25)
 
 
-def test_steps_are_in_the_order_of_netem() -> None:
+def test_steps_have_the_order_of_netem() -> None:
     """Gilbert-Elliott loses by the state it leaves, the 4-state model by the one it reaches."""
     always = gilbert(GilbertElliott(p=1.0, r=1.0), 1)
     chains = Chains(2, always)

@@ -1,4 +1,4 @@
-"""Gaps and distances along the road, against the plain definitions."""
+"""Gaps and distances along the road agree with their plain definitions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_a_distance_on_the_ring_is_the_shorter_way(one: float, other: float) -> 
     assert float(distance(np.array(one), np.array(other), None)) == abs(one - other)
 
 
-def test_forward_is_one_way_only() -> None:
+def test_forward_distance_is_one_way() -> None:
     ahead, behind = np.array([990.0, 10.0]), np.array([10.0, 990.0])
     assert forward(ahead, behind, RING_M).tolist() == [980.0, 20.0]
 
@@ -35,7 +35,7 @@ def test_gaps_of_many_instants_are_those_of_each(ring_m: float | None) -> None:
         np.testing.assert_array_equal(found, gaps(instant, ring_m))
 
 
-def test_gaps_on_the_ring_sum_up_to_its_length() -> None:
+def test_gaps_on_the_ring_add_up_to_its_length() -> None:
     assert gaps(np.array([2_310.0, 2_280.0, 2_275.0]), RING_M).sum() == RING_M
     assert gaps(np.array([310.0, 280.0, 275.0]), RING_M).tolist() == [965.0, 30.0, 5.0]
     np.testing.assert_array_equal(gaps(np.array([310.0, 280.0]), None), [np.nan, 30.0])

@@ -1,4 +1,4 @@
-"""Loss from received power: path loss, vehicles in the way, shadowing, fading."""
+"""Loss follows from received power: path loss, vehicles in the way, shadowing and fading."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_two_slopes_by_hand() -> None:
 
 
 @given(st.floats(0, 1e4), st.floats(0, 1e4))
-def test_farther_is_never_louder(a: float, b: float) -> None:
+def test_received_power_never_rises_with_distance(a: float, b: float) -> None:
     near, far = sorted((a, b))
     low, high = path_loss_db(np.array([near, far]), PLAIN).tolist()
     assert low <= high
@@ -51,13 +51,13 @@ def test_without_fading_there_is_a_threshold() -> None:
 
 
 @pytest.mark.parametrize("m", [0.7, 1.0, 3.0])
-def test_fading_is_nakagamis(m: float) -> None:
+def test_fading_has_nakagamis_distribution(m: float) -> None:
     margin_db = np.linspace(-15.0, 25.0, 9)
-    amplitude = 10.0 ** (-margin_db / 20.0)  # what is needed, over the root of the mean power
+    amplitude = 10.0 ** (-margin_db / 20.0)  # the one needed, over the root of the mean power
     np.testing.assert_allclose(outage(margin_db, m), stats.nakagami(m).cdf(amplitude), rtol=1e-9)
 
 
-def test_rayleigh_is_the_exponential() -> None:
+def test_rayleigh_fading_has_exponential_power() -> None:
     assert outage(np.array([10.0]), 1.0)[0] == pytest.approx(1.0 - np.exp(-0.1), rel=1e-12)
 
 
@@ -67,7 +67,7 @@ def test_rayleigh_is_the_exponential() -> None:
     st.integers(-3, 3),
 )
 def test_vehicles_between(places: list[int], ring: bool, laps: int) -> None:
-    """Counted one by one."""
+    """The reference counts them one by one."""
     length_m = 1_000.001 if ring else None
     position = np.array(places) / 1_000.0
     position[0] += laps * (length_m or 0.0)
@@ -100,7 +100,7 @@ def shadow(std_db: float = 4.0, seed: int = 1, number: int = 0) -> Shadowing:
 
 
 def values(shadowing: Shadowing, steps: int, step_m: float, both: bool = False) -> Floats:
-    """(step, pair): pairs of one vehicle that stands with 3,000 others, of which each moves."""
+    """Return the shadowing, (step, pair), of a vehicle that stands and 3,000 that move."""
     source, destination = np.arange(1, PAIRS + 1), np.zeros(PAIRS, dtype=np.int64)
     rows = Rows(source, destination, np.full(PAIRS, 100.0), np.zeros(PAIRS, dtype=np.int64))
     found = []
@@ -119,7 +119,7 @@ def test_shadowing_is_normal_at_any_time() -> None:
 
 
 @pytest.mark.parametrize(("both", "way"), [(False, 1.0), (True, 2.0)])
-def test_shadowing_forgets_with_the_way_that_both_ends_go(both: bool, way: float) -> None:
+def test_shadowing_decorrelates_as_both_ends_travel(both: bool, way: float) -> None:
     found = values(shadow(), steps=30, step_m=5.0, both=both)
     for lag in (1, 3, 10):
         expected = np.exp(-lag * way * 5.0 / 25.0)
@@ -128,12 +128,12 @@ def test_shadowing_forgets_with_the_way_that_both_ends_go(both: bool, way: float
         assert correlation == pytest.approx(expected, abs=2.6 * spread)
 
 
-def test_shadowing_of_who_stands_stays() -> None:
+def test_shadowing_of_standing_vehicles_is_constant() -> None:
     found = values(shadow(), steps=5, step_m=0.0)
     np.testing.assert_array_equal(found, np.broadcast_to(found[0], found.shape))
 
 
-def test_shadowing_is_the_same_both_ways_and_of_pairs_their_own() -> None:
+def test_shadowing_is_symmetric_and_independent_between_pairs() -> None:
     position = np.arange(60.0) * 20.0
     rows, shadowing = all_rows(position, None), shadow()
     for cycle in range(4):
@@ -162,11 +162,11 @@ def test_shadowing_of_a_pair_does_not_depend_on_others() -> None:
         np.testing.assert_array_equal(alone.of(few, scene), among)
 
 
-# All of it, in a scenario.
+# The whole model, in a scenario.
 
 
 def delivered(loss: Loss, *, gap_m: float = 37.5, cycles: int = 400, step_m: float = 3.0) -> Floats:
-    """Share of the frames that get through, by how many vehicles farther the receiver is."""
+    """Return the share of delivered frames, by how many vehicles farther the receiver is."""
     size = 20
     channel = Channel(loss=loss)
     conditions = Conditions(Scenario(fleet=Fleet(size=size, gap_m=gap_m), channel=channel))
@@ -181,7 +181,7 @@ def delivered(loss: Loss, *, gap_m: float = 37.5, cycles: int = 400, step_m: flo
     return np.array([share[apart == k].mean() for k in range(1, size)])
 
 
-def test_in_a_line_it_is_the_vehicles_between_that_limit_the_reach() -> None:
+def test_vehicles_between_limit_the_reach_in_a_line() -> None:
     free = delivered(Loss(path_loss=PathLoss(blockage_db=0.0)))
     blocked = delivered(Loss(path_loss=PathLoss()))
     assert free[:8].min() > 0.99  # 300 m
@@ -191,12 +191,12 @@ def test_in_a_line_it_is_the_vehicles_between_that_limit_the_reach() -> None:
     for k in range(1, 6):  # without fading: the share of the shadowing that leaves enough
         loss_db = float(path_loss_db(np.array([37.5 * k]), PLAIN)[0]) + 9.0 * (k - 1)
         expected.append(stats.norm(0.0, 3.95).cdf(23.0 - loss_db + 88.0))
-    # 1,200 m of way are 96 lengths of decorrelation (both move), with 30 or so pairs of each kind.
+    # 1,200 m are 96 decorrelation lengths (both vehicles move), with about 30 pairs of each kind.
     assert blocked[:5].tolist() == pytest.approx(expected, abs=0.04)
 
 
-def test_fading_comes_anew_with_each_frame() -> None:
-    """Just strong enough in the mean: with Rayleigh fading exp(-1) of the frames get through."""
+def test_each_frame_has_its_own_fading() -> None:
+    """If the mean power is just enough, exp(-1) of the frames pass Rayleigh fading."""
     loss_db = float(path_loss_db(np.array([37.5]), PLAIN)[0])
     model = PathLoss(shadowing_db=0.0, fading_m=1.0, sensitivity_dbm=23.0 - loss_db)
     shares = delivered(Loss(path_loss=model), cycles=200)

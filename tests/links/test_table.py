@@ -91,7 +91,7 @@ json.dump({
 """
 
 
-def test_a_module_of_its_own_is_all_that_a_model_takes(tmp_path: Path) -> None:
+def test_a_new_model_takes_only_a_module_of_its_own(tmp_path: Path) -> None:
     for folder, name, text in (
         ("loss", "every_nth", EVERY_NTH),
         ("latency", "exponential", EXPONENTIAL),
@@ -119,7 +119,7 @@ def test_a_module_of_its_own_is_all_that_a_model_takes(tmp_path: Path) -> None:
 
 
 def test_draws_of_models_are_those_of_earlier_versions() -> None:
-    """The same seed is to lose the same frames."""
+    """The same seed loses the same frames in every version."""
     numbers = {key: model.number for key, model in loss_models().items() if model.purpose}
     assert numbers == {"gilbert_elliott": 20, "four_state": 21, "path_loss": 26}
 
@@ -134,6 +134,6 @@ def test_two_models_never_draw_the_same(monkeypatch: pytest.MonkeyPatch, purpose
     assert "p" in loss_models()
 
 
-def test_names_are_in_the_order_of_messages() -> None:
+def test_names_have_the_order_of_messages() -> None:
     assert list(loss_models())[:2] == ["p", "path_loss"]
     assert list(distributions())[:2] == ["technology", "fixed"]
