@@ -1,4 +1,4 @@
-"""The generator against its published answers, and what it is used for."""
+"""The generator gives its published answers, and draws with the right distributions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_known_answers_of_random123(counter: str, key: str, answer: str) -> None
 
 
 def test_draws_are_made_of_53_bits_each() -> None:
-    """Pinned, for the same seed is to lose the same frames in every version."""
+    """The bits are pinned, since the same seed must lose the same frames in every version."""
     seed, who, whom, number = 0x123456789ABCDEF0, 7, 8, 1_000_000
     counter = (Purpose.LOSS_AND_LATENCY, who, whom, number)
     c0, c1, c2, c3 = (np.array(part, dtype=np.uint64) for part in counter)
@@ -49,13 +49,13 @@ def test_draws_are_made_of_53_bits_each() -> None:
     assert float(second) == ((w2 >> 5) * 2**26 + (w3 >> 6)) / 2**53
 
 
-# Kolmogorov's limit, Pr(√n D > x) ≈ 2 exp(-2 x²), where the right draws fail one in a hundred times
-# in any of the comparisons below: two seeds, two draws and a normal one for every purpose.
+# Kolmogorov's limit, Pr(√n D > x) ≈ 2 exp(-2 x²), at which right draws fail once in a hundred runs
+# of all comparisons below: two seeds, two draws and a normal one for every purpose.
 KOLMOGOROV = math.sqrt(-0.5 * math.log(0.5 * 0.01 / (2 * 3 * len(Purpose))))
 
 
 def kolmogorov_smirnov(draws: Floats, distribution: Callable[[float], float]) -> float:
-    """√n times the largest distance between what was drawn and the distribution."""
+    """Return √n times the largest distance between the draws and the distribution."""
     n = len(draws)
     cumulated = np.array([distribution(value) for value in np.sort(draws).tolist()])
     above, below = np.arange(1, n + 1) / n - cumulated, cumulated - np.arange(n) / n
@@ -64,7 +64,7 @@ def kolmogorov_smirnov(draws: Floats, distribution: Callable[[float], float]) ->
 
 @pytest.mark.parametrize("seed", [1, 2**40 + 7])
 @pytest.mark.parametrize("purpose", list(Purpose))
-def test_distributions(seed: int, purpose: Purpose) -> None:
+def test_draws_have_their_distributions(seed: int, purpose: Purpose) -> None:
     first, second = uniforms(seed, purpose, 3, 4, MANY)
     for draws in (first, second):
         assert draws.min() >= 0.0
@@ -82,7 +82,7 @@ def test_wrong_draws_fail() -> None:
 
 
 def correlation(a: Floats, b: Floats) -> float:
-    """In standard deviations of what independent draws show."""
+    """Return the correlation, in standard deviations of that of independent draws."""
     return float(np.corrcoef(a, b)[0, 1] * np.sqrt(len(a)))
 
 
@@ -115,7 +115,7 @@ keys = st.lists(
 
 @settings(deadline=None)
 @given(st.integers(0, 2**63 - 1), st.sampled_from(list(Purpose)), keys)
-def test_together_is_one_by_one(
+def test_draws_together_equal_draws_one_by_one(
     seed: int, purpose: Purpose, of: list[tuple[int, int, int]]
 ) -> None:
     who, whom, number = (np.array(column) for column in zip(*of, strict=True))
@@ -126,7 +126,7 @@ def test_together_is_one_by_one(
         assert normals(seed, purpose, *key) == normal[row]
 
 
-def test_broadcasts_over_rows_and_columns() -> None:
+def test_draws_broadcast_over_rows_and_columns() -> None:
     vehicles, cycles = np.arange(1, 6), np.arange(7)[:, None]
     block, _ = uniforms(9, Purpose.GAP_READING, vehicles, 0, cycles)
     assert block.shape == (7, 5)
