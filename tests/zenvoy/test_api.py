@@ -1,6 +1,6 @@
-"""`import zenvoy`: what a script or a notebook runs, gets back, and is told when it goes wrong.
+"""`import zenvoy` runs scenarios for a script or a notebook, and raises clear errors.
 
-Scripts have a process of their own: one that has opened a Zenoh session cannot fork a fleet.
+Scripts have their own process, since a process that has opened a Zenoh session cannot fork a fleet.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ json.dump([(run.fingerprint, run.summary["bus"], str(run.log)) for run in runs],
     assert {path.name for path in (tmp_path / "processes").iterdir()} == files
 
 
-def test_a_run_is_what_its_log_tells(here: Path) -> None:
+def test_a_run_has_the_content_of_its_log(here: Path) -> None:
     seen: list[zenvoy.Progress] = []
     run = zenvoy.run("s.yaml", engine="in-process", out=here / "o", on_progress=seen.append)
     assert run.log == here / "o" / "run.mcap"
@@ -81,7 +81,7 @@ def test_a_run_is_what_its_log_tells(here: Path) -> None:
     assert {progress.duration_s for progress in seen} == {2.0}
 
 
-def test_changes_are_what_the_command_sets(here: Path) -> None:
+def test_changes_are_those_that_the_command_sets(here: Path) -> None:
     changes: dict[str, Any] = {
         "channel": {"loss": {"p": np.float64(0.5)}, "technology": "lte-a-pro"},
         "events": [{"vehicle": np.int64(2), "at_s": 1, "duration_s": 1, "deceleration_mps2": 2.5}],
@@ -92,7 +92,7 @@ def test_changes_are_what_the_command_sets(here: Path) -> None:
     assert changed.scenario.channel.loss.p == 0.5
     assert changed.scenario.channel.technology.name == "lte-a-pro"
     assert changed.scenario.control.v2v_wait_ms == 0
-    assert changed.scenario.fleet.size == 3  # what is not named stays
+    assert changed.scenario.fleet.size == 3  # other settings stay
     assert len(changed.scenario.events) == 1
     plain = zenvoy.run("s.yaml", engine="in-process")
     runs = [
@@ -105,7 +105,7 @@ def test_changes_are_what_the_command_sets(here: Path) -> None:
     assert runs[0].log.parent.parent == Path("runs")
 
 
-def test_what_is_wrong_is_told_as_by_the_command(here: Path) -> None:
+def test_errors_have_the_messages_of_the_command(here: Path) -> None:
     said = command(here, "check", "s.yaml", "--set", "channel.loss.p=1.4").err
     with pytest.raises(zenvoy.ScenarioError) as refused:
         zenvoy.scenario("s.yaml", channel={"loss": {"p": 1.4}})
@@ -146,13 +146,13 @@ except zenvoy.ProcessLostError as error:
 """
     done = script(tmp_path, text.replace("vehicle-2", "vehicle-02"))
     assert done.stderr == ""
-    name, told, run = done.stdout.split("; ")
-    assert (name, told) == ("vehicle-02", "vehicle-02 died: killed by SIGKILL")
+    name, error, run = done.stdout.split("; ")
+    assert (name, error) == ("vehicle-02", "vehicle-02 died: killed by SIGKILL")
     assert run.startswith("<Run s, seed 1, 3 vehicles")
 
 
-def test_a_process_with_a_session_is_told_that_it_cannot_fork(tmp_path: Path) -> None:
-    """The fleet would stall, and a vehicle would be blamed for it."""
+def test_a_run_in_a_process_with_a_session_fails_with_the_reason(tmp_path: Path) -> None:
+    """Without this error the fleet would stall, and the error would name a vehicle."""
     text = """
 import zenvoy
 from zenvoy.bus.session import open_session
@@ -169,7 +169,7 @@ print(zenvoy.run("s.yaml", engine="in-process").result["end"])
     assert done.stdout.endswith("\ncomplete\n")
 
 
-def test_what_a_callback_raises_ends_the_run(here: Path) -> None:
+def test_an_exception_in_a_callback_ends_the_run(here: Path) -> None:
     def fail(progress: zenvoy.Progress) -> None:
         raise ArithmeticError(f"at {progress.time_s:g} s")
 
@@ -179,7 +179,7 @@ def test_what_a_callback_raises_ends_the_run(here: Path) -> None:
 
 
 def test_a_thread_may_run_a_fleet(here: Path) -> None:
-    """As a server or a user interface does; signals stay with the main thread."""
+    """A server or a user interface does so. Signals stay with the main thread."""
     found: list[str | None] = []
 
     def work() -> None:
@@ -191,7 +191,7 @@ def test_a_thread_may_run_a_fleet(here: Path) -> None:
     assert found == [zenvoy.run("s.yaml", engine="in-process").fingerprint]
 
 
-def test_the_import_takes_nothing_along() -> None:
+def test_the_import_loads_no_heavy_modules() -> None:
     text = (
         "import sys, zenvoy; print({'numpy', 'zenoh', 'pydantic'} & set(sys.modules), zenvoy.run)"
     )

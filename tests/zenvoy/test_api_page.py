@@ -1,4 +1,4 @@
-"""docs/api.md says what the docstrings say, of all that `import zenvoy` offers."""
+"""docs/api.md has the docstrings of all names that `import zenvoy` offers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import zenvoy
 from tests.api_page import NAMES, PAGE, page
 
 
-def test_the_page_is_not_stale() -> None:
+def test_the_page_is_up_to_date() -> None:
     assert PAGE.read_text(encoding="utf-8") == page(), "run `make docs`"
 
 
