@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sized
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.evidence import MODELS, Evidence
-from zenvoy.analysis.paper.reproduction import (
-    GAINS,
-    claims_page,
-    gain_label,
-    markdown,
-    pictures,
-    sheets,
-)
+from zenvoy.analysis.paper.gains import GAINS
+from zenvoy.analysis.paper.reproduction import claims_page, markdown, pictures, sheets
 from zenvoy.studies.cell import Cell
 from zenvoy.studies.study import Study
 
 _CASES: Final = tuple(f"{number:02}" for number in range(1, 17))
 _FINGERPRINTS: Final = "fingerprints.csv"
-_OPEN_SEEDS: Final = 5  # the open road supplements the ring, with fewer seeds
+_FEW_SEEDS: Final = 5  # the open road and old positions supplement the ring, with fewer seeds
 _CONTROLLED: Final = {"FM": "03", "BCM": "07", "MBCM": "11", "PBCM": "15"}  # 10 %, 0.1 s
 _OLD: Final = ("control.neighbour_state=position", "control.v2v_wait_ms=0")
 _EQUAL_GAINS: Final = ("control.gains.k_c=0.1", "control.gains.k_d=0.1")
 
 
 def plan(seeds: int, duration_s: float | None) -> dict[str, list[Cell]]:
-    """Return the runs under each label of the results."""
+    """Return the runs under each label of the results; what supplements them has fewer seeds."""
     cells = {number: _cells(number, seeds, (), duration_s) for number in _CASES}
-    few = min(seeds, _OPEN_SEEDS)
+    few = max(min(seeds, _FEW_SEEDS), seeds // 10)
     for number in _CASES:
         cells[f"open/{number}"] = _cells(number, few, ("road.type=open",), duration_s)
     cells |= dict(_old_positions(few, duration_s))
@@ -41,12 +34,12 @@ def plan(seeds: int, duration_s: float | None) -> dict[str, list[Cell]]:
     short_s = 120.0 if duration_s is None else duration_s
     for gains in GAINS:
         settings = tuple(
-            f"control.gains.{name}={value:g}"
-            for name, value in zip(("k_d", "k_v", "k_c"), gains, strict=True)
+            f"control.gains.{name}={value:g}" for name, value in gains._asdict().items()
         )
         for model in MODELS:
-            label = gain_label(gains, model)
-            cells[label] = _cells(_CONTROLLED[model], 1, settings, short_s)
+            cells[gains.label(model)] = _cells(
+                _CONTROLLED[model], max(1, seeds // 10), settings, short_s
+            )
     return cells
 
 
@@ -86,25 +79,29 @@ def reproduce(
         runs={label: tuple(digests[cell] for cell in of_label) for label, of_label in cells.items()}
     )
     out.mkdir(parents=True, exist_ok=True)
-    files = _files(evidence, command, digests)
-    if _says_more(out / _FINGERPRINTS, files.get(_FINGERPRINTS, b"")):
+    made = sum(bool(run.facts["fingerprint"]) for run in digests.values())
+    earlier = _rows(out / _FINGERPRINTS)
+    files = _files(evidence, command, len(digests), _about_fingerprints(made, earlier, digests))
+    if earlier > made:
         files.pop(_FINGERPRINTS, None)
     return write_whole(out, files)
 
 
-def _says_more(path: Path, new: bytes) -> bool:
-    """Whether the sheet of fingerprints at `path` has more rows than a new one."""
+def _rows(sheet: Path) -> int:
+    """Return how many rows a CSV file has below its header."""
     try:
-        return path.read_bytes().count(b"\n") > new.count(b"\n")
+        return max(0, sheet.read_bytes().count(b"\n") - 1)
     except OSError:
-        return False
+        return 0
 
 
-def _about_fingerprints(digests: Mapping[Cell, Digest]) -> str:
-    count = sum(bool(run.facts["fingerprint"]) for run in digests.values())
-    if not count:
+def _about_fingerprints(made: int, earlier: int, digests: Sized) -> str:
+    """Say what stands in the sheet of fingerprints: the longer one of an earlier run is kept."""
+    if earlier > made:
+        return f" `{_FINGERPRINTS}` holds the fingerprints of earlier runs."
+    if not made:
         return ""
-    of = "every run" if count == len(digests) else f"{count} of them"
+    of = "every run" if made == len(digests) else f"{made} of them"
     return f" `{_FINGERPRINTS}` lists the fingerprint of {of}."
 
 
@@ -112,7 +109,7 @@ def _by_seed(cell: Cell) -> tuple[int, bool]:
     return cell.seed, bool(cell.settings)
 
 
-def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dict[str, bytes]:
+def _files(evidence: Evidence, command: str, runs: int, more: str) -> dict[str, bytes]:
     found = [sheet for sheet in sheets(evidence) if sheet.rows]
     drawings = {picture: drawn(picture) for picture in pictures(evidence)}
     files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in found}
@@ -120,9 +117,9 @@ def _files(evidence: Evidence, command: str, digests: dict[Cell, Digest]) -> dic
         files[f"{picture.name}.png"] = drawing.png
         files[f"{picture.name}.svg"] = drawing.svg
     how = [
-        f"Written by `{command}` of Zenvoy {version('zenvoy')}: {len(digests)} runs. Values are"
+        f"Written by `{command}` of Zenvoy {version('zenvoy')}: {runs:,} runs. Values are"
         " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t)."
-        f"{_about_fingerprints(digests)}",
+        f"{more}",
     ]
     readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
     readme += ["`claims.md` compares each claim of the paper with the measurements.", ""]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -21,7 +20,7 @@ from zenvoy.analysis.page.style import (
     figure_legend,
     subplots,
 )
-from zenvoy.analysis.paper.evidence import PAIRS, Evidence, Pair, case, settled
+from zenvoy.analysis.paper.evidence import PAIRS, Evidence, Pair, case
 
 Floats = NDArray[np.float64]
 
@@ -173,40 +172,4 @@ def max_distances(evidence: Evidence) -> Figure:
     for place in axes:
         place.set_xlabel("time, s")
     figure.suptitle(_LARGE_ERROR.title)
-    return figure
-
-
-def gain_sweep(
-    evidence: Evidence,
-    gains: Sequence[tuple[float, float, float]],
-    label: Callable[[tuple[float, float, float], str], str],
-) -> Figure:
-    """Draw two differences of MinDistance over k_d and k_v, in a column for each k_c."""
-    k_d, k_v, k_c = (sorted(set(values)) for values in zip(*gains, strict=True))
-    figure, axes = subplots(2, len(k_c), height_in=4.6, sharex=True, sharey=True)
-
-    def end(model: str, *of: float) -> float:
-        label_of = label((of[0], of[1], of[2]), model)
-        return evidence.over(label_of, lambda run: settled(run, "min_distance", 60.0, 120.0)).mean
-
-    for row, (better, worse) in enumerate((("PBCM", "MBCM"), ("BCM", "FM"))):
-        for place, c in zip(axes[row], k_c, strict=True):
-            gain = np.array(
-                [[end(better, d, v, c) - end(worse, d, v, c) for d in k_d] for v in k_v]
-            )
-            limit = max(1e-9, float(np.abs(gain).max()))
-            place.imshow(gain, cmap="RdBu", vmin=-limit, vmax=limit, origin="lower", aspect="auto")
-            for (y, x), value in np.ndenumerate(gain):
-                dark = abs(value) > 0.6 * limit
-                place.text(
-                    x, y, f"{value:+.1f}", ha="center", va="center", color="w" if dark else "k"
-                )
-            place.set_title(f"{better} - {worse}, m; $k_c$ = {c:g} s⁻¹")
-            place.set_xticks(range(len(k_d)), [f"{d:g}" for d in k_d])
-            place.set_yticks(range(len(k_v)), [f"{v:g}" for v in k_v])
-            place.grid(visible=False)
-    for place in axes[1]:
-        place.set_xlabel("$k_d$, s⁻²")
-    for place in axes[:, 0]:
-        place.set_ylabel("$k_v$, s⁻¹")
     return figure

@@ -10,6 +10,7 @@ from typing import Final
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.page.digits import columns
 from zenvoy.analysis.page.section import Cell, Picture, Sheet
+from zenvoy.analysis.paper import gains
 from zenvoy.analysis.paper import pictures as figures
 from zenvoy.analysis.paper.claim import Answer, Claim
 from zenvoy.analysis.paper.claims import answers
@@ -24,9 +25,6 @@ from zenvoy.analysis.paper.evidence import (
     lowest,
     settled,
 )
-
-GAINS: Final = tuple(product((0.05, 0.1, 0.2), (0.25, 0.5, 1.0), (0.02, 0.05, 0.1)))
-"""The sweep: k_d (s⁻²), k_v and k_c (s⁻¹)."""
 
 _MERITS: Final[dict[str, Callable[[Digest], float]]] = {
     "MinDistance before, m": lambda run: settled(run, "min_distance", 5.0, 10.0),
@@ -48,18 +46,13 @@ _AGREEMENTS: Final = (
 )
 
 
-def gain_label(gains: tuple[float, float, float], model: str) -> str:
-    """Return the label of a run of the sweep."""
-    return f"gains/{gains[0]:g},{gains[1]:g},{gains[2]:g}/{model}"
-
-
 def sheets(evidence: Evidence) -> tuple[Sheet, ...]:
-    """Return Table VI, the figures of every case on both roads, the sweep, and fingerprints."""
+    """Return Table VI, the figures of every case on both roads, other gains, and fingerprints."""
     found = [_table_6(evidence), _cases(evidence, "", "cases", "The 16 cases on the ring.")]
     if any(label.startswith("open/") for label in evidence.runs):
         found.append(_cases(evidence, "open/", "cases-open", "The 16 cases on the open road."))
-    if gain_label(GAINS[0], "FM") in evidence.runs:
-        found.append(_sweep(evidence))
+    if gains.has_gains(evidence):
+        found.append(gains.sheet(evidence))
     return (*found, _fingerprints(evidence))
 
 
@@ -112,43 +105,6 @@ def _cases(evidence: Evidence, prefix: str, name: str, title: str) -> Sheet:
     )
 
 
-def _sweep(evidence: Evidence) -> Sheet:
-    rows = []
-    for gains in GAINS:
-        ends = {
-            model: evidence.over(
-                gain_label(gains, model), lambda run: settled(run, "min_distance", 60.0, 120.0)
-            ).mean
-            for model in MODELS
-        }
-        stable = gains[2] ** 2 + 2 * gains[1] * gains[2] >= 2 * gains[0]
-        rows.append(
-            (
-                *gains,
-                "yes" if stable else "no",
-                *ends.values(),
-                "yes" if ends["PBCM"] > ends["MBCM"] else "no",
-                "yes" if ends["BCM"] > ends["FM"] else "no",
-            )
-        )
-    return Sheet(
-        name="gains",
-        title="MinDistance of each model by gains.",
-        columns=(
-            "k_d, s⁻²",
-            "k_v, s⁻¹",
-            "k_c, s⁻¹",
-            "FM string-stable",
-            *(f"{model}, m" for model in MODELS),
-            "PBCM over MBCM",
-            "BCM over FM",
-        ),
-        rows=tuple(rows),
-        note="MinDistance, mean from 60 to 120 s, error 10 %, delay 0.1 s, seed 1."
-        " In linear theory FM is string-stable if k_c² + 2 k_v k_c ≥ 2 k_d.",
-    )
-
-
 def _fingerprints(evidence: Evidence) -> Sheet:
     rows = [
         (label, run.facts["seed"], run.facts["cycles"], run.facts["fingerprint"])
@@ -165,7 +121,7 @@ def _fingerprints(evidence: Evidence) -> Sheet:
 
 
 def pictures(evidence: Evidence) -> tuple[Picture, ...]:
-    """Return the figures of the paper's Section IV, and that of the sweep."""
+    """Return the figures of the paper's Section IV, and that of other gains."""
     found = [
         Picture(
             name="error-reduction",
@@ -205,16 +161,8 @@ def pictures(evidence: Evidence) -> tuple[Picture, ...]:
             draw=partial(figures.max_distances, evidence),
         ),
     ]
-    if gain_label(GAINS[0], "FM") in evidence.runs:
-        found.append(
-            Picture(
-                name="gains",
-                caption="Two orderings of the paper for other gains: MinDistance (mean from 60 to"
-                " 120 s; error 10 %, delay 0.1 s) of PBCM minus that of MBCM, and of BCM minus that"
-                " of FM. Blue: the ordering holds. Red: it does not.",
-                draw=partial(figures.gain_sweep, evidence, GAINS, gain_label),
-            )
-        )
+    if gains.has_gains(evidence):
+        found.append(gains.picture(evidence))
     return tuple(found)
 
 

@@ -17,6 +17,7 @@ from scipy.stats import t as student
 
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.measures.statistics import mean_and_half, mean_of
+from zenvoy.analysis.paper import gains
 from zenvoy.analysis.paper.claim import LARGE_ERROR
 from zenvoy.analysis.paper.claims import CLAIMS, answers
 from zenvoy.analysis.paper.evidence import (
@@ -29,6 +30,7 @@ from zenvoy.analysis.paper.evidence import (
     recovery_s,
     settled,
 )
+from zenvoy.analysis.paper.gains import GAINS
 from zenvoy.analysis.paper.reproduction import claims_page
 
 VALUES = st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=40)
@@ -197,3 +199,47 @@ def test_every_claim_has_a_row() -> None:
     rows = [line for line in page.splitlines() if line.startswith("| ")][1:]
     assert len(rows) == len(CLAIMS)
     assert all(row.count(" | ") == 4 for row in rows)
+
+
+def of_gains(*differences: float, end_s: float = 120.0) -> Evidence:
+    """Return runs whose MinDistance is that of the worse model plus a difference for each seed."""
+    runs = {}
+    for one in GAINS:
+        for model in MODELS:
+            better = model in {"PBCM", "BCM"}
+            runs[one.label(model)] = tuple(
+                made(seed, end_s, min_distance=30.0 + 5.0 * seed + (more if better else 0.0))
+                for seed, more in enumerate(differences)
+            )
+    return Evidence(runs=runs)
+
+
+@pytest.mark.parametrize(
+    ("differences", "holds"),
+    [
+        ((0.5, 0.6, 0.7), "yes"),
+        ((-0.5, -0.6, -0.7), "no"),
+        ((0.5, -0.4, 0.1), "open"),
+        ((0.5,), "yes"),
+        ((-0.5,), "no"),
+    ],
+)
+def test_an_ordering_is_judged_seed_by_seed(differences: tuple[float, ...], holds: str) -> None:
+    """Seeds differ by far more than the models do."""
+    sheet = gains.sheet(of_gains(*differences))
+    assert {row[-2:] for row in sheet.rows} == {(holds, holds)}
+    assert ("seed 1" in sheet.note) == (len(differences) == 1)
+
+
+def test_runs_that_end_before_say_nothing_of_an_ordering() -> None:
+    sheet = gains.sheet(of_gains(0.5, 0.6, end_s=30.0))
+    assert {row[-2:] for row in sheet.rows} == {("unknown", "unknown")}
+
+
+def test_fm_is_string_stable_where_linear_theory_says_so() -> None:
+    """By the largest gain from vehicle to vehicle over a grid of frequencies."""
+    w = np.geomspace(1e-4, 1e2, 20_000)
+    for one in GAINS:
+        ahead = one.k_d + one.k_v * 1j * w
+        largest = np.abs(ahead / ((1j * w) ** 2 + (one.k_v + one.k_c) * 1j * w + one.k_d)).max()
+        assert one.fm_string_stable == (largest <= 1.0 + 1e-12), one

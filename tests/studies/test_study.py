@@ -158,12 +158,13 @@ def test_a_sheet_of_fingerprints_is_not_replaced_by_an_emptier_one(tmp_path: Pat
     sheet.write_text("run,seed,cycles,fingerprint\n01,1,10,abc\n")
     assert zenvoy(tmp_path, *arguments).code == 0
     assert sheet.read_text() == "run,seed,cycles,fingerprint\n01,1,10,abc\n"
-    assert "fingerprints.csv" not in (tmp_path / "r" / "README.md").read_text()
+    page = tmp_path / "r" / "README.md"
+    assert "`fingerprints.csv` holds the fingerprints of earlier runs." in page.read_text()
     assert zenvoy(tmp_path, *arguments, "--fingerprints").code == 0
     rows = sheet.read_text().splitlines()
     assert len(rows) == 1 + 16 * 2 + 16 * 2 + 4 * 2 + 2 + 27 * 4
     assert all(len(row.rpartition(",")[2]) == 64 for row in rows[1:])
-    assert "lists the fingerprint of every run" in (tmp_path / "r" / "README.md").read_text()
+    assert "lists the fingerprint of every run" in page.read_text()
 
 
 def test_a_cell_that_cannot_be_run_is_told_before_any_is(tmp_path: Path) -> None:
@@ -191,9 +192,18 @@ def test_the_plan_holds_all_cases_on_both_roads() -> None:
         assert {cell.scenario for cell in cells[label]} == {f"paper/case-{label}"}
         assert len(cells[f"open/{label}"]) == 5
         assert cells[f"open/{label}"][0].load().scenario.road.type == "open"
-    assert len([label for label in cells if label.startswith("gains/")]) == 27 * 4
+    gains = [of_label for label, of_label in cells.items() if label.startswith("gains/")]
+    assert len(gains) == 27 * 4
+    assert {len(of_label) for of_label in gains} == {3}
     for of_label in cells.values():
         of_label[0].load()
+
+
+def test_what_supplements_the_cases_has_a_tenth_of_many_seeds() -> None:
+    cells = plan(300, None)
+    lengths = {label.partition("/")[0]: len(of_label) for label, of_label in cells.items()}
+    assert lengths["15"] == 300
+    assert {lengths[part] for part in ("open", "stale", "sign", "gains")} == {30}
 
 
 def test_reproduce_leaves_tables_figures_and_claims(tmp_path: Path) -> None:
