@@ -180,7 +180,7 @@ def test_copies_go_out_one_by_one_to_the_nearest_receiver_first() -> None:
     }
 
 
-def test_out_of_range() -> None:
+def test_a_receiver_out_of_range_gets_nothing() -> None:
     """A copy to a receiver out of range delays no other copy, and never arrives."""
     over = Over("5g-mmwave", mbps=1.0)
     position = np.array([200.0, 140.0, 100.0])

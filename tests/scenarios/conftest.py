@@ -1,4 +1,4 @@
-"""Scenarios written into a folder of their own, which is the current one."""
+"""Fixtures that write scenarios into a folder of their own, the current one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Here = Callable[[str, str], Path]
 
 @pytest.fixture
 def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
-    """The message with which a file of this text is refused; the file is s.yaml."""
+    """Return a function that writes a text to s.yaml and returns the message of its refusal."""
     monkeypatch.chdir(tmp_path)
 
     def refuse(text: str | bytes, *settings: str, **options: Any) -> str:
@@ -28,7 +28,7 @@ def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Here:
-    """Writes s.yaml and drive.csv into the current folder."""
+    """Return a function that writes s.yaml and drive.csv into the current folder."""
     monkeypatch.chdir(tmp_path)
 
     def write(text: str, csv: str) -> Path:

@@ -1,4 +1,4 @@
-"""Drive cycles of regulations: what their tables add up to, and that a platoon follows them."""
+"""The tables of regulated drive cycles add up to the known figures, and a platoon follows them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def top_mps(points: Points) -> float:
 
 
 def test_wltc_class_3b_is_that_of_gtr_15() -> None:
-    """UN GTR No. 15, Annex 1: 23.266 km in 1800 s; parts of 3.095, 4.756, 7.162 and 8.254 km."""
+    """UN GTR No. 15, Annex 1 has 23.266 km in 1800 s: 3.095, 4.756, 7.162 and 8.254 km."""
     points = cycle("wltp")
     assert [time for time, _ in points] == list(range(1_801))
     assert distance_m(points) == pytest.approx(23_266.3, abs=0.1)
@@ -49,7 +49,7 @@ def test_wltc_class_3b_is_that_of_gtr_15() -> None:
 
 
 def test_ftp_75_is_the_udds_a_soak_and_its_first_505_seconds() -> None:
-    """40 CFR Part 86, Appendix I (a): 7.45 miles in 1369 s, up to 56.7 mph; 11.04 miles in all."""
+    """40 CFR 86, Appendix I (a) has 7.45 miles in 1369 s, up to 56.7 mph; 11.04 miles in all."""
     points = cycle("ftp-75")
     udds = tuple(point for point in points if point[0] <= UDDS_S)
     assert [time for time, _ in udds] == list(range(1_370))
@@ -63,7 +63,7 @@ def test_ftp_75_is_the_udds_a_soak_and_its_first_505_seconds() -> None:
 
 
 def test_us06_is_that_of_the_supplemental_procedure() -> None:
-    """40 CFR Part 86, Appendix I (g): 8.01 miles, up to 80.3 mph."""
+    """40 CFR Part 86, Appendix I (g) has 8.01 miles, up to 80.3 mph."""
     points = cycle("us06")
     assert [time for time, _ in points] == list(range(601))
     assert distance_m(points) / MILE_M == pytest.approx(8.01, abs=0.005)
@@ -75,7 +75,7 @@ def test_us06_is_that_of_the_supplemental_procedure() -> None:
 
 @pytest.mark.parametrize("name", ["wltp", "ftp-75", "us06"])
 def test_a_platoon_follows_from_rest(name: str) -> None:
-    """The first half minute: all stand, then drive, none touches and nobody is left behind."""
+    """In the first half minute all vehicles stand, then drive. None collides or falls behind."""
     scenario = load(f"lead/{name}", duration_s=30.0).scenario
     log = run(scenario)
     truth = [pb.FleetTruth.FromString(data) for data in log[TRUTH]]

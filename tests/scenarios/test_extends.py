@@ -1,4 +1,4 @@
-"""Scenarios that say only what differs from another."""
+"""A scenario may extend another and have only what differs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Write = Callable[..., None]
 
 @pytest.fixture
 def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
-    """Writes files by path, below the current folder."""
+    """Return a function that writes files by path, below the current folder."""
     monkeypatch.chdir(tmp_path)
 
     def write_them(texts: Mapping[str, str]) -> None:
@@ -59,7 +59,7 @@ events: [{vehicle: 9, at_s: 10, duration_s: 2, deceleration_mps2: 3}]
 """
 
 
-def test_mappings_merge_and_all_else_replaces(write: Write) -> None:
+def test_mappings_merge_and_other_values_replace(write: Write) -> None:
     text = """\
 extends: base.yaml
 fleet: {gap_m: 60}
@@ -83,12 +83,12 @@ events: []
     )
 
 
-def test_a_scenario_may_extend_and_say_nothing_else(write: Write) -> None:
+def test_a_scenario_may_consist_of_extends_alone(write: Write) -> None:
     write({"base.yaml": BASE, "s.yaml": "extends: base.yaml\n"})
     assert load("s.yaml").scenario == load("base.yaml").scenario
 
 
-def test_chains_of_files_each_relative_to_the_one_that_says_it(write: Write) -> None:
+def test_each_path_in_a_chain_is_relative_to_its_own_file(write: Write) -> None:
     write(
         {
             "a/b/s.yaml": "extends: ../middle.yaml\nseed: 1\n",
@@ -113,7 +113,7 @@ def test_a_file_beside_comes_before_a_built_in_of_that_name(write: Write) -> Non
 
 @pytest.fixture
 def packaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Write) -> Write:
-    """Writes built-in scenarios, in place of those of the package."""
+    """Return a function that writes built-in scenarios, in place of those of the package."""
     monkeypatch.setattr("zenvoy.scenarios.reading.library.files", lambda _: tmp_path / "package")
     return lambda texts: write({f"package/{path}": text for path, text in texts.items()})
 
@@ -136,7 +136,7 @@ def test_built_in_scenarios_extend_built_in_ones_by_name(packaged: Write, write:
         assert str(caught.value).endswith(f"(built-in {name}, line 1)")
 
 
-def test_traces_in_the_package(packaged: Write, write: Write) -> None:
+def test_a_built_in_scenario_reads_traces_in_the_package(packaged: Write, write: Write) -> None:
     event = "events: [{type: trace, vehicle: 1, at_s: 0, file: a/x.csv}]\n"
     packaged({"lead/t.yaml": event, "lead/a/x.csv": "time_s,speed_mps\n0,1\n1,2\n"})
     write({"s.yaml": "extends: lead/t\nseed: 3\n"})
@@ -161,7 +161,7 @@ def refusal(
     return str(caught.value).splitlines()
 
 
-def test_places_point_into_the_file_where_a_value_was_written(write: Write) -> None:
+def test_errors_point_to_the_file_that_has_the_value(write: Write) -> None:
     write(
         {
             "base.yaml": "seed: x\n\nfleet:\n  size: 1\n  colour: red\nchannel: {loss: {p: 0}}\n",
@@ -183,7 +183,7 @@ def test_places_point_into_the_file_where_a_value_was_written(write: Write) -> N
     ]
 
 
-def test_a_disagreement_is_told_where_it_was_brought_about(write: Write) -> None:
+def test_a_disagreement_is_reported_at_the_line_that_causes_it(write: Write) -> None:
     write({"base.yaml": BASE, "s.yaml": "extends: base.yaml\nseed: 1\nfleet: {size: 8}\n"})
     line = "events.0.vehicle: 9 is not in [1, 8], the vehicles of fleet.size (8)"
     assert refusal() == [f"{line}  (s.yaml, line 3)"]
@@ -194,7 +194,7 @@ def test_a_disagreement_is_told_where_it_was_brought_about(write: Write) -> None
     assert load("s.yaml", ["fleet.size=9"]).scenario.fleet.size == 9
 
 
-def test_what_could_not_be_read_in_a_base_is_told_even_if_it_is_replaced(write: Write) -> None:
+def test_errors_of_reading_a_base_are_reported_even_if_the_value_is_replaced(write: Write) -> None:
     base = "seed: 1\nseed: 2\nfleet: !dice 6\n"
     write({"base.yaml": base, "s.yaml": "extends: base.yaml\nseed: 3\nfleet: {size: 4}\n"})
     assert refusal() == [
@@ -230,14 +230,16 @@ def test_a_setting_and_an_extension_repair_a_base(write: Write) -> None:
         ),
     ],
 )
-def test_a_base_that_is_no_scenario_at_all(
+def test_a_base_that_is_no_scenario_is_refused(
     write: Write, base: str, kind: type[ScenarioError], line: str
 ) -> None:
     write({"base.yaml": base, "s.yaml": "seed: x\nextends: base.yaml\n"})
     assert refusal(kind=kind) == [line]
 
 
-def test_a_base_that_may_not_be_read(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_base_without_read_permission_is_refused(
+    write: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write({"base.yaml": "seed: 1\n", "s.yaml": "extends: base.yaml\n"})
     opened = os.open
 
@@ -253,7 +255,7 @@ def test_a_base_that_may_not_be_read(write: Write, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(
-    ("said", "what"),
+    ("value", "what"),
     [
         ("3", "3 is not"),
         ("", "null is not"),
@@ -262,13 +264,13 @@ def test_a_base_that_may_not_be_read(write: Write, monkeypatch: pytest.MonkeyPat
         ('""', "'' is not"),
     ],
 )
-def test_extends_names_one_scenario(write: Write, said: str, what: str) -> None:
-    write({"s.yaml": f"seed: 1\nextends: {said}\n"})
+def test_extends_must_name_one_scenario(write: Write, value: str, what: str) -> None:
+    write({"s.yaml": f"seed: 1\nextends: {value}\n"})
     line = f"extends: {what} the name of a scenario: a file or a built-in one  (s.yaml, line 2)"
     assert refusal() == [line]
 
 
-def test_extends_with_a_tag(write: Write) -> None:
+def test_extends_with_a_tag_is_refused(write: Write) -> None:
     write({"s.yaml": "extends: !dice 3\n"})
     assert refusal() == [
         "extends: the tag !dice is not one of !!map, !!seq, !!null, !!bool, !!int, !!float, !!str"
@@ -277,7 +279,7 @@ def test_extends_with_a_tag(write: Write) -> None:
 
 
 @pytest.mark.parametrize(("name", "hint"), [("paper/base", True), ("zzz", False), ("a\\0b", False)])
-def test_a_base_that_is_missing(packaged: Write, write: Write, name: str, hint: bool) -> None:
+def test_a_missing_base_is_refused(packaged: Write, write: Write, name: str, hint: bool) -> None:
     packaged({"paper/bose.yaml": "{}", "q.yaml": "{}"})
     write({"s.yaml": f'seed: x\nextends: "{name}"\n'})
     shown = name.replace("\\0", "\\x00")
@@ -288,7 +290,7 @@ def test_a_base_that_is_missing(packaged: Write, write: Write, name: str, hint: 
     ]
 
 
-def test_circles_of_any_length(write: Write) -> None:
+def test_circles_of_any_length_are_refused(write: Write) -> None:
     write({"s.yaml": "seed: 1\nextends: s.yaml\n"})
     allowed = "allowed: a scenario outside of it"
     assert refusal() == [
@@ -307,7 +309,7 @@ def test_circles_of_any_length(write: Write) -> None:
     ]
 
 
-def test_circles_in_the_package(packaged: Write) -> None:
+def test_circles_in_the_package_are_refused(packaged: Write) -> None:
     packaged({"a.yaml": "extends: b\n", "b.yaml": "extends: a\n"})
     assert refusal(name="a") == [
         "extends: 'a' closes a cycle: built-in a → built-in b → built-in a; "
@@ -334,10 +336,10 @@ def test_extends_is_not_for_the_command_line(write: Write, key: str) -> None:
     assert refusal(f"{key}=quickstart") == [line]
 
 
-# What comes out -----------------------------------------------------------------------------
+# Output -------------------------------------------------------------------------------------
 
 
-def test_the_command_shows_the_whole_and_the_log_keeps_both(tmp_path: Path) -> None:
+def test_the_command_shows_the_whole_scenario_and_the_log_keeps_both(tmp_path: Path) -> None:
     text = "extends: base.yaml\nduration_s: 1\nevents: []\n"
     (tmp_path / "base.yaml").write_text(BASE)
     (tmp_path / "s.yaml").write_text(text)
@@ -382,7 +384,7 @@ junk = st.none() | st.integers(-3, 3) | st.text(max_size=3) | st.lists(st.intege
 
 @st.composite
 def split(draw: st.DrawFn, whole: Values) -> tuple[Values, Values]:
-    """A base, and an extension of it that makes it the whole; some is in both."""
+    """Split a scenario into a base and its extension. Some values are in both."""
     base: Values = {}
     extension: Values = {}
     for key, value in whole.items():
@@ -398,7 +400,7 @@ def split(draw: st.DrawFn, whole: Values) -> tuple[Values, Values]:
 
 def _yaml(values: Values) -> str:
     yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False  # within braces, YAML's own reader refuses its own `?x`
+    yaml.default_flow_style = False  # within braces, the reader of YAML refuses its own `?x`
     stream = StringIO()
     yaml.dump(values, stream)
     return stream.getvalue()

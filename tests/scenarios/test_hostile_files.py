@@ -1,4 +1,4 @@
-"""Files that are no scenarios, or far too much of one: refused soon, in a few lines, untold."""
+"""Hostile and huge files are refused soon, in a few lines that do not quote them."""
 
 from __future__ import annotations
 
@@ -61,17 +61,17 @@ def refusal(name: str | Path = "s.yaml") -> str:
         "channel: {latency: {distribution: samples, file: other}}\n",
     ],
 )
-def test_the_text_of_any_other_file_is_not_told(write: Write, of_others: str, text: str) -> None:
+def test_the_text_of_any_other_file_is_not_quoted(write: Write, of_others: str, text: str) -> None:
     write("other", FILES_OF_OTHERS[of_others])
     write("s.yaml", text)
-    said = refusal()
-    assert SECRET not in said
-    assert "31337" not in said
-    assert "other" in said
-    assert "root" not in said
+    message = refusal()
+    assert SECRET not in message
+    assert "31337" not in message
+    assert "other" in message
+    assert "root" not in message
 
 
-def test_a_base_of_ones_own_is_told_of_as_ever(write: Write) -> None:
+def test_errors_in_a_users_own_base_are_reported_as_usual(write: Write) -> None:
     write("s.yaml", "extends: base.yaml\n")
     write("base.yaml", "seed: -4\nfleeet: {}\n")
     assert "seed: -4 is not in" in refusal()
@@ -90,7 +90,7 @@ def test_only_regular_files_are_opened(write: Write, text: str) -> None:
         assert f"cannot be read: {kind}, not a file" in refusal(name)
 
 
-def test_files_have_a_largest_size(write: Write) -> None:
+def test_files_have_a_maximum_size(write: Write) -> None:
     with Path("large.yaml").open("wb") as file:
         file.truncate(LARGEST_BYTES + 1)
     whole = "cannot be read: larger than the limit of 16 MiB  (large.yaml)"
@@ -99,7 +99,7 @@ def test_files_have_a_largest_size(write: Write) -> None:
     assert refusal() == whole
 
 
-def test_what_is_packed_is_not_larger_either(write: Write) -> None:
+def test_the_maximum_size_holds_for_unpacked_files(write: Write) -> None:
     Path("s.yaml.gz").write_bytes(gzip.compress(bytes(LARGEST_BYTES + 1)))
     assert "cannot be read: larger than the limit of 16 MiB" in refusal("s.yaml.gz")
     Path("s.yaml.gz").write_bytes(gzip.compress(b"") * 2_000)
@@ -110,7 +110,7 @@ def test_what_is_packed_is_not_larger_either(write: Write) -> None:
     assert load("s.yaml.gz").scenario.seed == 7
 
 
-def test_a_table_that_is_named_again_and_again_is_read_only_so_often(
+def test_the_number_of_reads_of_a_table_is_limited(
     write: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("zenvoy.scenarios.reading.tables._MOST_CHARACTERS", 2**20)
@@ -120,7 +120,7 @@ def test_a_table_that_is_named_again_and_again_is_read_only_so_often(
     assert "more than 1 MiB in all tables together" in refusal()
 
 
-def test_a_chain_of_scenarios_has_an_end(write: Write) -> None:
+def test_the_length_of_a_chain_of_scenarios_is_limited(write: Write) -> None:
     for number in range(60):
         write(f"{number}.yaml", f"extends: {number + 1}.yaml\n")
     assert "more than 50 scenarios, each of which extends the next" in refusal("0.yaml")
@@ -142,7 +142,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("kind", MISTAKES)
-def test_of_many_mistakes_the_first_are_told_with_a_count(write: Write, kind: str) -> None:
+def test_the_first_of_many_mistakes_are_reported_with_a_count(write: Write, kind: str) -> None:
     write("s.yaml", MISTAKES[kind])
     lines = refusal().splitlines()
     assert len(lines) == 21
@@ -152,14 +152,14 @@ def test_of_many_mistakes_the_first_are_told_with_a_count(write: Write, kind: st
     assert max(map(len, lines)) < 1_000
 
 
-def test_of_a_table_too(write: Write) -> None:
+def test_the_first_of_many_mistakes_in_a_table_are_reported(write: Write) -> None:
     write("t.csv", "latency_ms\n" + "x\n" * MANY)
     write("s.yaml", "channel: {latency: {distribution: samples, file: t.csv}}\n")
     lines = refusal().splitlines()
     assert (len(lines), lines[-1]) == (21, f"and {MANY - 20} more")
 
 
-def test_time_grows_with_the_number_of_entries_and_not_faster(write: Write) -> None:
+def test_time_is_linear_in_the_number_of_entries(write: Write) -> None:
     """Quadratic work on 16 times the entries would take 256 times as long."""
     group, points = "{{name: g{0}, vehicles: y{0}}}", "points: [[0, 1], [1, 1]]"
     trace = f"{{{{type: trace, vehicle: 1, at_s: {{0}}00, {points}}}}}"
@@ -199,7 +199,7 @@ def test_a_flood_of_values_is_not_read_to_its_end(
     assert cost_s(100_000) < 20 * cost_s(1_000)
 
 
-def test_sets_have_a_largest_size_together(write: Write) -> None:
+def test_the_total_size_of_sets_is_limited(write: Write) -> None:
     groups = ", ".join(f"{{name: g{n}, vehicles: all}}" for n in range(300))
     write("s.yaml", f"fleet: {{size: 10000, groups: [{groups}]}}\n")
     text = "fleet.groups: the sets have 3000000 members together, more than the limit of 2000000"
@@ -230,4 +230,4 @@ def test_a_group_may_name_those_before_it(write: Write) -> None:
     write(
         "s.yaml", "fleet: {groups: [{name: a, vehicles: 1}, {name: b, vehicles: not a, model: FM}]}"
     )
-    assert [told.models for told in roster(load("s.yaml").scenario)[:2]] == [{"PBCM"}, {"FM"}]
+    assert [own.models for own in roster(load("s.yaml").scenario)[:2]] == [{"PBCM"}, {"FM"}]

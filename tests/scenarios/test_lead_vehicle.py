@@ -1,4 +1,4 @@
-"""A vehicle that follows a speed: exactly, whatever else happens."""
+"""A lead vehicle follows its speed exactly, whatever else happens."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def brake(vehicle: int, at_s: float, duration_s: float, deceleration_mps2: float
 
 
 def distance(points: list[tuple[int, float]]) -> float:
-    """Under the line through (ns, m/s)."""
+    """Return the distance, m, of a piecewise linear speed through points (ns, m/s)."""
     return sum((t1 - t0) / S_NS * (v0 + v1) / 2 for (t0, v0), (t1, v1) in pairwise(points))
 
 
@@ -61,7 +61,7 @@ def test_the_speed_follows_a_sine_at_every_start_of_a_cycle() -> None:
     start_m = fleet.position[0]
     points = []
     for k in range(1, 301):
-        fleet.command([command(1, k * T_NS - 30 * MS_NS, (-1.0) ** k)])  # and is not obeyed
+        fleet.command([command(1, k * T_NS - 30 * MS_NS, (-1.0) ** k)])  # not obeyed in the sine
         fleet.advance_to(k * T_NS)
         t = k * 0.1 - 1.0
         if 0.0 <= t <= 20.0:
@@ -69,7 +69,7 @@ def test_the_speed_follows_a_sine_at_every_start_of_a_cycle() -> None:
             if t > 0.0:
                 assert fleet.speed[0] == pytest.approx(points[-1][1], abs=1e-12)
         if k == 10:
-            # commands of ±1 m/s² rule up to here, and from the end of the sine on
+            # commands of ±1 m/s² apply up to here, and again from the end of the sine
             start_m, points[0] = fleet.position[0], (k * T_NS, float(fleet.speed[0]))
         if k == 210:
             assert fleet.position[0] - start_m == pytest.approx(distance(points), abs=1e-8)
@@ -79,7 +79,7 @@ def test_the_speed_follows_a_sine_at_every_start_of_a_cycle() -> None:
 
 
 def test_a_chirp_sweeps_its_frequency_evenly() -> None:
-    """At t its phase is the integral of the frequency: 2π (f t + (f₁ - f) t² / 2D)."""
+    """The phase at t is the integral of the frequency: 2π (f t + (f₁ - f) t² / 2D)."""
     chirp = Sine(
         vehicle=1,
         at_s=0.0,
@@ -120,15 +120,15 @@ def test_an_unaligned_sine_has_a_point_at_its_end_too() -> None:
 
 
 steps_ms = st.lists(st.integers(1, 700), min_size=1, max_size=12)
-told = st.lists(st.tuples(st.integers(0, 3_000), st.floats(-9.0, 9.0)), max_size=10)
+commanded = st.lists(st.tuples(st.integers(0, 3_000), st.floats(-9.0, 9.0)), max_size=10)
 
 
 @settings(deadline=None, max_examples=150)
-@given(st.integers(0, 500), steps_ms, st.data(), told)
+@given(st.integers(0, 500), steps_ms, st.data(), commanded)
 def test_any_trace_is_followed_from_point_to_point(
     at_ms: int, steps: list[int], data: st.DataObject, commands: list[tuple[int, float]]
 ) -> None:
-    """Points at any millisecond, speeds down to standstill, commands that say otherwise."""
+    """Points are at any millisecond, with speeds down to standstill. Commands differ from them."""
     times_ms = np.concatenate([[0], np.cumsum(steps)]).tolist()
     count = len(times_ms)
     speeds = data.draw(st.lists(st.floats(0.0, 40.0), min_size=count, max_size=count))
@@ -139,7 +139,7 @@ def test_any_trace_is_followed_from_point_to_point(
     )
     fleet = fleet_with(trace, speed_mps=speeds[0])
     start_m = fleet.position[0]
-    late = [(at, a) for at, a in commands if at >= at_ms]  # so that it begins at its first point
+    late = [(at, a) for at, a in commands if at >= at_ms]  # so it begins at its first point's speed
     fleet.command([command(1, ms * MS_NS, a) for ms, a in late])
     times_s = (np.array(times_ms) + at_ms) / 1e3
     for k in range(1, (at_ms + times_ms[-1]) // 100 + 1):
@@ -172,7 +172,9 @@ def test_a_trace_begins_at_its_first_time_and_ends_at_its_last() -> None:
 
 
 @pytest.mark.parametrize("brake_first", [True, False])
-def test_a_brake_wins_and_the_trace_is_met_again_at_its_next_point(brake_first: bool) -> None:
+def test_a_brake_takes_precedence_and_the_trace_is_met_again_at_its_next_point(
+    brake_first: bool,
+) -> None:
     trace = Trace(vehicle=1, at_s=0.0, points=((0.0, 30.0), (2.0, 30.0), (4.0, 32.0)))
     hard = brake(1, 1.0, 0.5, 4.0)
     fleet = fleet_with(*((hard, trace) if brake_first else (trace, hard)))
@@ -188,7 +190,7 @@ def test_a_brake_wins_and_the_trace_is_met_again_at_its_next_point(brake_first: 
 
 
 def test_a_vehicle_follows_its_trace_into_a_collision() -> None:
-    """Vehicle 2 at 10 m/s, vehicle 1 stands: touching bumpers, and no speed beyond reason."""
+    """Vehicle 2 drives 10 m/s into vehicle 1, which stands, and its speed stays sane."""
     fleet = fleet_with(Trace(vehicle=2, at_s=0.0, points=((0.0, 10.0), (200.0, 10.0))))
     fleet.speed = np.array([0.0, 10.0, 0.0])
     collided = [k for k in range(1, 1_100) if fleet.advance_to(k * T_NS)]

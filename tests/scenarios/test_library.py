@@ -1,4 +1,4 @@
-"""The scenarios that come with the package: what they say, and that each of them runs."""
+"""The built-in scenarios have the values that they should, and each of them runs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ S_NS: Final = 1_000_000_000
 
 
 def run(scenario: Scenario) -> dict[Topic[Any], list[bytes]]:
-    """What the log of a run would hold, by topic."""
+    """Return the messages that the log of a run would have, by topic."""
     log: dict[Topic[Any], list[bytes]] = {}
 
     def keep(topic: Topic[Any], _time_ns: int, data: bytes) -> None:
@@ -48,7 +48,7 @@ def run(scenario: Scenario) -> dict[Topic[Any], list[bytes]]:
 
 
 def shortened(name: str) -> Loaded:
-    """Three seconds of a few vehicles, with what would happen later within them."""
+    """Load a scenario with few vehicles and three seconds, and move its events into them."""
     whole = load(name).scenario
     settings = ["duration_s=3", f"fleet.size={min(7, whole.fleet.size)}"]  # MBCM needs 7
     for i, group in enumerate(whole.fleet.groups):
@@ -59,7 +59,7 @@ def shortened(name: str) -> Loaded:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_runs_to_the_end(name: str) -> None:
+def test_each_scenario_runs_to_the_end(name: str) -> None:
     scenario = shortened(name).scenario
     log = run(scenario)
     truth = [pb.FleetTruth.FromString(data) for data in log[TRUTH]]
@@ -90,14 +90,14 @@ def test_frames_are_in_time_unless_they_are_lost(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_it_is_can_be_written_out_and_read_back(name: str, tmp_path: Path) -> None:
+def test_each_scenario_is_written_and_read_back(name: str, tmp_path: Path) -> None:
     scenario = load(name).scenario
     path = tmp_path / "s.yaml"
     path.write_text(effective_yaml(scenario))
     assert load(path).scenario == scenario
 
 
-def test_each_has_a_line_of_its_own_about_itself() -> None:
+def test_each_scenario_has_its_own_description() -> None:
     lines = [description for _, description in builtin()]
     assert len(set(lines)) == len(lines)
     assert all(0 < len(line) <= 100 and line.isprintable() for line in lines)
@@ -115,10 +115,10 @@ EXTENSIONS: Final = [name for name in NAMES if re.search("^extends:", load(name)
 
 
 @pytest.mark.parametrize("name", EXTENSIONS)
-def test_an_extension_says_only_what_differs(name: str) -> None:
-    said = YAML(typ="safe", pure=True).load(load(name).text)
-    base = dict(_leaves(load(said.pop("extends")).scenario.model_dump(mode="json")))
-    assert [path for path, value in _leaves(said) if base.get(path) == value] == []
+def test_an_extension_has_only_what_differs(name: str) -> None:
+    written = YAML(typ="safe", pure=True).load(load(name).text)
+    base = dict(_leaves(load(written.pop("extends")).scenario.model_dump(mode="json")))
+    assert [path for path, value in _leaves(written) if base.get(path) == value] == []
 
 
 # The paper's cases --------------------------------------------------------------------------
@@ -132,13 +132,13 @@ CASES: Final = [
 
 
 @pytest.mark.parametrize(("number", "case"), list(enumerate(CASES, start=1)))
-def test_the_cases_are_those_of_the_paper(number: int, case: tuple[str, float, int]) -> None:
+def test_cases_have_the_values_of_the_paper(number: int, case: tuple[str, float, int]) -> None:
     model, error, delay_ms = case
     scenario = load(f"paper/case-{number:02}").scenario
     base = load("paper/base").scenario
     assert scenario.control.model == "FM"
     phases = ((0, "FM"),) if model == "FM" else ((0, "FM"), (10 * S_NS, model))
-    assert {told.program for told in roster(scenario)} == {phases}
+    assert {own.program for own in roster(scenario)} == {phases}
     assert scenario.sensors.error == error
     assert scenario.v2v_wait_ns + scenario.system_delay_ns == delay_ms * 1_000_000
     assert 50 <= scenario.control.system_delay_ms <= 120  # the paper's t_sys
@@ -150,7 +150,7 @@ def test_the_cases_are_those_of_the_paper(number: int, case: tuple[str, float, i
     assert re.match(f"{what}measurement error, {delay_ms / 1e3} s delay$", scenario.description)
 
 
-def test_what_the_cases_share_is_the_setting_of_the_paper() -> None:
+def test_the_cases_share_the_setting_of_the_paper() -> None:
     base = load("paper/base").scenario
     assert (base.duration_s, base.fleet.size, base.ring_length_m) == (500.0, 40, 1500.0)
     (brake,) = base.brakes
@@ -162,7 +162,7 @@ def test_what_the_cases_share_is_the_setting_of_the_paper() -> None:
 # One scenario for each technology -----------------------------------------------------------
 
 
-def test_technologies_differ_in_nothing_but_themselves_and_the_wait() -> None:
+def test_scenarios_of_technologies_differ_in_technology_and_wait_only() -> None:
     first = load("technologies/ieee80211p").scenario.model_dump()
     for name in technologies():
         values = load(f"technologies/{name}").scenario.model_dump()
@@ -184,8 +184,8 @@ def test_heavy_loss_is_the_quickstart_with_half_the_frames() -> None:
 # Lead vehicles ------------------------------------------------------------------------------
 
 
-def test_the_trace_is_the_part_of_the_cycle_that_it_says() -> None:
-    """UN Regulation No. 83: seconds of the Extra-Urban Driving Cycle, and km/h."""
+def test_the_trace_is_its_part_of_the_drive_cycle() -> None:
+    """UN Regulation No. 83 gives the Extra-Urban Driving Cycle in seconds and km/h."""
     corners = [(61, 70), (111, 70), (119, 50), (188, 50), (201, 70), (251, 70)]
     corners += [(286, 100), (316, 100)]
     scenario = load("lead/trace").scenario
@@ -215,13 +215,13 @@ def test_a_probe_is_free_of_noise_and_of_limits(name: str) -> None:
     gain = fm_gain(scenario, frequency)
     assert gain.max() > 1.01  # FM is not string stable, and the sweep passes where it is not
     assert frequency[0] < frequency[gain.argmax()] < frequency[-1]
-    # FM amplifies most, and the more the farther back
+    # FM amplifies most, and more with every vehicle
     swing = chirp.amplitude_mps * 2 * pi * frequency * np.maximum(gain, 1.0) ** scenario.fleet.size
     assert swing.max() < 0.5 * scenario.control.acceleration_limit_mps2
 
 
 def fm_gain(scenario: Scenario, frequency_hz: np.ndarray[Any, Any]) -> Any:
-    """|v_i / v_(i-1)| of FM, whose command is held for a period after its delay."""
+    """Return |v_i / v_(i-1)| of FM, whose command is held for a period after its delay."""
     gains = scenario.control.gains
     delay_s = (scenario.v2v_wait_ns + scenario.system_delay_ns + 0.5 * scenario.period_ns) * 1e-9
     s = 2j * pi * frequency_hz
@@ -233,8 +233,8 @@ def fm_gain(scenario: Scenario, frequency_hz: np.ndarray[Any, Any]) -> Any:
 # The package --------------------------------------------------------------------------------
 
 
-def test_the_package_takes_every_file_of_the_library_along() -> None:
-    """As setuptools does with package-data; importlib.resources finds them then."""
+def test_the_package_includes_every_file_of_the_library() -> None:
+    """The test applies package-data as setuptools does."""
     data = tomllib.loads((ROOT / "pyproject.toml").read_text())
     patterns = data["tool"]["setuptools"]["package-data"]["*"]
     folder = ROOT / "scenarios"

@@ -1,4 +1,4 @@
-"""Desired gaps, speeds and gains change on schedule; leaders go back to their speed."""
+"""Desired gaps, speeds and gains change on schedule, and leaders return to their speed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def scenario_of(folder: Path, text: str) -> Scenario:
 
 
 def motion(scenario: Scenario) -> tuple[Any, Any, list[pb.Event]]:
-    """Positions (T, n), speeds (T, n) and events of a run in one process."""
+    """Return positions (T, n), speeds (T, n) and events of a run in one process."""
     log = run(scenario)
     truth = [pb.FleetTruth.FromString(data) for data in log[TRUTH]]
     events = [pb.Event.FromString(data) for data in log.get(EVENTS, [])]
@@ -40,7 +40,7 @@ def motion(scenario: Scenario) -> tuple[Any, Any, list[pb.Event]]:
 # Courses ------------------------------------------------------------------------------------
 
 
-def test_a_value_changes_at_once_or_evenly() -> None:
+def test_a_value_changes_as_a_step_or_a_ramp() -> None:
     course = course_of(10.0, [(5 * S_NS, 0, 20.0), (10 * S_NS, 4 * S_NS, 12.0)])
     times = [0, 5 * S_NS - 1, 5 * S_NS, 10 * S_NS, 11 * S_NS, 14 * S_NS, 99 * S_NS]
     assert [course.at(t) for t in times] == [10.0, 10.0, 20.0, 20.0, 18.0, 12.0, 12.0]
@@ -54,7 +54,7 @@ def test_a_value_changes_at_once_or_evenly() -> None:
     assert not there_and_back.is_constant(0, 9 * S_NS)
 
 
-def test_a_ramp_that_is_cut_short_goes_on_from_where_it_is() -> None:
+def test_a_new_change_starts_from_the_value_that_a_ramp_has_reached() -> None:
     course = course_of(0.0, [(0, 10 * S_NS, 10.0), (5 * S_NS, 5 * S_NS, 0.0)])
     assert [course.at(t * S_NS) for t in (0, 2, 5, 6, 10, 11)] == [0.0, 2.0, 5.0, 4.0, 0.0, 0.0]
 
@@ -65,7 +65,7 @@ changes = st.lists(
 
 
 @given(changes, st.lists(st.integers(0, 60_000), min_size=1, max_size=20))
-def test_a_course_has_no_jump_but_those_that_are_asked_for(
+def test_a_course_has_only_the_jumps_of_its_steps(
     entries: list[tuple[int, int, float]], times_ms: list[int]
 ) -> None:
     course = course_of(50.0, [(at * S_NS, ramp * S_NS, value) for at, ramp, value in entries])
@@ -83,7 +83,7 @@ def test_a_course_has_no_jump_but_those_that_are_asked_for(
             )
 
 
-# What the schedule says of whom ---------------------------------------------------------------
+# Targets of vehicles --------------------------------------------------------------------------
 
 MIXED = """
 duration_s: 6
@@ -105,23 +105,23 @@ control:
 """
 
 
-def test_who_has_it_from_a_group_is_left_alone_unless_named(tmp_path: Path) -> None:
-    told = roster(scenario_of(tmp_path, MIXED))
-    assert [s.targets.desired_gap_m.at(2 * S_NS) for s in told] == [32.5] * 4 + [50.0] * 2
-    assert [s.targets.desired_gap_m.at(5 * S_NS) for s in told] == [35.0] * 4 + [40.0] * 2
-    assert [s.targets.k_v.at(5 * S_NS) for s in told] == [0.9, 0.9, 0.5, 0.9, 0.9, 0.9]
-    assert [s.targets.k_d.at(5 * S_NS) for s in told] == [0.1, 0.1, 0.3, 0.1, 0.2, 0.2]
-    assert [s.targets.k_c.at(5 * S_NS) for s in told] == [0.05] * 4 + [0.0] * 2
-    assert [s.targets.desired_speed_mps.at(round(3.5 * S_NS)) for s in told] == [29.0] * 4 + [
+def test_the_schedule_spares_values_of_groups_that_it_does_not_name(tmp_path: Path) -> None:
+    vehicles = roster(scenario_of(tmp_path, MIXED))
+    assert [s.targets.desired_gap_m.at(2 * S_NS) for s in vehicles] == [32.5] * 4 + [50.0] * 2
+    assert [s.targets.desired_gap_m.at(5 * S_NS) for s in vehicles] == [35.0] * 4 + [40.0] * 2
+    assert [s.targets.k_v.at(5 * S_NS) for s in vehicles] == [0.9, 0.9, 0.5, 0.9, 0.9, 0.9]
+    assert [s.targets.k_d.at(5 * S_NS) for s in vehicles] == [0.1, 0.1, 0.3, 0.1, 0.2, 0.2]
+    assert [s.targets.k_c.at(5 * S_NS) for s in vehicles] == [0.05] * 4 + [0.0] * 2
+    assert [s.targets.desired_speed_mps.at(round(3.5 * S_NS)) for s in vehicles] == [29.0] * 4 + [
         30
     ] * 2
-    assert [s.targets.cruises_ns for s in told] == [3 * S_NS] * 4 + [None] * 2
-    assert told[0].program == ((0, "CACC"), (3 * S_NS, "PBCM"))
-    assert told[5].program == ((0, "CACC"),)
+    assert [s.targets.cruises_ns for s in vehicles] == [3 * S_NS] * 4 + [None] * 2
+    assert vehicles[0].program == ((0, "CACC"), (3 * S_NS, "PBCM"))
+    assert vehicles[5].program == ((0, "CACC"),)
 
 
 def test_a_schedule_of_models_alone_changes_no_target() -> None:
-    assert not any(told.targets.change for told in roster(load("paper/case-15").scenario))
+    assert not any(own.targets.change for own in roster(load("paper/case-15").scenario))
 
 
 @pytest.mark.parametrize(
@@ -166,7 +166,7 @@ def test_a_schedule_of_models_alone_changes_no_target() -> None:
         ),
     ],
 )
-def test_what_an_entry_may_not_say(tmp_path: Path, entry: str, lines: list[str]) -> None:
+def test_wrong_entries_are_refused(tmp_path: Path, entry: str, lines: list[str]) -> None:
     with pytest.raises(ScenarioError) as caught:
         scenario_of(tmp_path, f"control:\n  schedule:\n    - {entry}\n")
     place = f"  ({tmp_path / 's.yaml'}, line 3)"
@@ -177,7 +177,7 @@ def test_what_an_entry_may_not_say(tmp_path: Path, entry: str, lines: list[str])
 
 
 def test_processes_change_their_targets_with_the_same_bits(tmp_path: Path) -> None:
-    """All models, ramps under way and changes within them, over Zenoh and in one process."""
+    """The scenario has all models, ramps, and changes during ramps, on both buses."""
     brake = "events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2, return_s: 2}]\n"
     (tmp_path / "s.yaml").write_text(MIXED + brake)
     prints = set()
@@ -196,8 +196,8 @@ def test_a_platoon_opens_a_gap() -> None:
     assert gaps[900] == pytest.approx([15.0, 15.0, 15.0, 35.0, 15.0, 15.0, 15.0], abs=0.5)
     assert gaps.min() > 12.0
     assert speed[900] == pytest.approx([22.0] * 8, abs=0.1)
-    told = [(event.time_ns // S_NS, event.text) for event in events]
-    assert told == [
+    logged = [(event.time_ns // S_NS, event.text) for event in events]
+    assert logged == [
         (20, "desired speed 22 m/s within 6 s: 1"),
         (30, "desired gap 35 m within 20 s: 5"),
         (90, "desired gap 15 m within 20 s: 5"),
@@ -206,7 +206,7 @@ def test_a_platoon_opens_a_gap() -> None:
 
 
 def test_the_first_vehicle_follows_the_ramp_of_its_desired_speed(tmp_path: Path) -> None:
-    """Fed forward, whatever k_c is; the delay of 0.1 s is all that it is behind."""
+    """The ramp is fed forward whatever k_c is, so the speed lags only by the delay of 0.1 s."""
     text = """
         duration_s: 30
         road: {type: open}
@@ -224,7 +224,7 @@ def test_the_first_vehicle_follows_the_ramp_of_its_desired_speed(tmp_path: Path)
 
 
 def test_the_first_vehicle_goes_back_to_its_speed_after_a_brake(tmp_path: Path) -> None:
-    """With a desired speed it cruises: what is missing shrinks by k_c per second."""
+    """With a desired speed the vehicle cruises, and its error decays with rate k_c."""
     text = """
         duration_s: 20
         road: {type: open}
@@ -274,9 +274,9 @@ def test_a_return_gives_way_to_brakes_and_traces(tmp_path: Path) -> None:
   - {type: trace, vehicle: 2, at_s: 3, points: [[0, 28], [1, 20], [2, 20]]}
 """
     _, speed, _ = motion(scenario_of(tmp_path, BRAKES + more))
-    # It brakes from 25.5 m/s for a second, and then has two left for what is missing.
+    # It brakes from 25.5 m/s for a second, and then has two seconds to regain its speed.
     assert speed[[51, 61], 0] == pytest.approx([25.45, 24.5 + 0.05 * 5.5 / 2], abs=1e-9)
-    assert speed[81:, 0] == pytest.approx([30.0] * 40, abs=1e-9)  # and is in time all the same
+    assert speed[81:, 0] == pytest.approx([30.0] * 40, abs=1e-9)  # and is still in time
     assert speed[[40, 50], 1] == pytest.approx([20.0, 20.0], abs=1e-9)
     assert speed[60:, 1] == pytest.approx([30.0] * 61, abs=1e-9)
 

@@ -1,4 +1,4 @@
-"""A sample of `make mutants`: scenarios changed at random are refused in words, or they run."""
+"""A sample of `make mutants`: randomly changed scenarios are refused with a message, or run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ways to write a scenario that people bring along: percent, merge keys, anchors, a pipe."""
+"""A scenario may use percent, merge keys and anchors, and may come through a pipe."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_fraction_may_be_written_in_percent(write: Write, text: str, value: fl
     assert load("quickstart", [f"channel.loss.p={text}"]).scenario.channel.loss.p == value
 
 
-def test_everywhere_where_a_fraction_is_wanted(write: Write) -> None:
+def test_percent_is_allowed_wherever_a_fraction_is(write: Write) -> None:
     write(
         """
         sensors: {error: 3%}
@@ -69,12 +69,12 @@ def test_everywhere_where_a_fraction_is_wanted(write: Write) -> None:
         ("duration_s: 5%", "duration_s: '5%' is not a number"),
     ],
 )
-def test_percent_that_is_refused(write: Write, text: str, said: str) -> None:
+def test_wrong_percent_is_refused(write: Write, text: str, said: str) -> None:
     write(text)
     assert refusal() == f"{said}  (s.yaml, line 1)"
 
 
-def test_merge_keys_put_in_what_is_not_given(write: Write) -> None:
+def test_merge_keys_add_the_keys_that_are_not_given(write: Write) -> None:
     write(
         """
         x-brake: &brake {at_s: 10, duration_s: 2, deceleration_mps2: 3}
@@ -118,12 +118,12 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
         ),
     ],
 )
-def test_merge_keys_that_are_refused(write: Write, text: str, said: str) -> None:
+def test_wrong_merge_keys_are_refused(write: Write, text: str, said: str) -> None:
     write(text)
     assert refusal() == said
 
 
-def test_keys_of_the_top_level_that_begin_with_x_are_the_users_own(write: Write) -> None:
+def test_top_level_keys_that_begin_with_x_are_ignored(write: Write) -> None:
     write("x-note: {any: [thing, !!int x]}\nx-: 3\nseed: 4\n")
     assert load("s.yaml").scenario.seed == 4
     write("fleet: {x-size: 3}\n")
@@ -139,11 +139,14 @@ def test_a_scenario_may_be_piped_in(tmp_path: Path) -> None:
             command, input=text, text=True, capture_output=True, check=False, cwd=tmp_path
         )
 
-    told = check("extends: base.yaml\nduration_s: 3\n")
-    assert (told.returncode, told.stdout) == (0, "stdin: valid; 7 vehicles, 3 s\nruns on arrays\n")
-    told = check("seed: -1\n")
-    assert told.returncode == 2
-    assert "(standard input, line 1)" in told.stderr
+    outcome = check("extends: base.yaml\nduration_s: 3\n")
+    assert (outcome.returncode, outcome.stdout) == (
+        0,
+        "stdin: valid; 7 vehicles, 3 s\nruns on arrays\n",
+    )
+    outcome = check("seed: -1\n")
+    assert outcome.returncode == 2
+    assert "(standard input, line 1)" in outcome.stderr
 
 
 @pytest.mark.parametrize(
@@ -167,7 +170,7 @@ def test_did_you_mean(write: Write, name: str, meant: str) -> None:
         load(name)
 
 
-def test_what_lies_beside_a_base_is_not_told(write: Write) -> None:
+def test_files_beside_a_base_are_not_suggested(write: Write) -> None:
     write("extends: secre\n")
     Path("secret.yaml").write_text("{}")
     assert "secret" not in refusal()

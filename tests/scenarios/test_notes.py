@@ -1,4 +1,4 @@
-"""What is allowed and hardly meant: told before a run, kept in its log, refused with --strict."""
+"""Probable mistakes get notes before a run and in its log, and are refused with --strict."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def notes(*settings: str, **options: float) -> list[str]:
 
 
 @pytest.mark.parametrize("name", packaged())
-def test_scenarios_that_come_with_the_package_are_meant(name: str) -> None:
+def test_built_in_scenarios_have_no_notes(name: str) -> None:
     assert load(name).notes == ()
 
 
@@ -190,19 +190,19 @@ def test_each_kind_of_note(write: Write, text: str, note: str) -> None:
         "fleet: {gap_m: 9, groups: [{name: a, vehicles: all, desired_gap_m: 9}]}",
     ],
 )
-def test_what_is_meant_has_no_note(write: Write, text: str) -> None:
+def test_plausible_settings_have_no_note(write: Write, text: str) -> None:
     write(text)
     assert notes() == []
 
 
-def test_a_note_is_where_what_brought_it_about_is(write: Write) -> None:
+def test_a_note_has_the_place_that_causes_it(write: Write) -> None:
     write("duration_s: 60\ncontrol: {schedule: [{at_s: 30, model: FM}]}\n")
     assert notes(duration_s=20.0) == [
         "control.schedule.0.at_s: 30 is not before the end of the run (20 s)  (--duration-s 20.0)"
     ]
 
 
-def test_notes_are_told_and_kept_and_refused_if_strict(write: Write, tmp_path: Path) -> None:
+def test_notes_are_printed_and_logged_and_refused_if_strict(write: Write, tmp_path: Path) -> None:
     write("duration_s: 2\nfleet: {size: 3}\ncontrol: {schedule: [{at_s: 30, model: FM}]}\n")
     note = "control.schedule.0.at_s: 30 is not before the end of the run (2 s)  (s.yaml, line 3)"
     checked = zenvoy(tmp_path, "check", "s.yaml")
@@ -214,7 +214,7 @@ def test_notes_are_told_and_kept_and_refused_if_strict(write: Write, tmp_path: P
     ran = zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "r")
     assert (ran.code, ran.err) == (0, f"note: {note}\n")
     run = load_log("r/run.mcap")
-    kept = note.partition("  (")[0]  # a log does not tell whose machine it was made on
+    kept = note.partition("  (")[0]  # a log has no paths of the machine that wrote it
     assert run.run["notes"] == kept
     assert run.notes == (f"the scenario: {kept}",)
     assert json.loads(Path("r/summary.json").read_text())["notes"] == list(run.notes)
@@ -242,7 +242,7 @@ def test_notes_are_told_and_kept_and_refused_if_strict(write: Write, tmp_path: P
         (("clock=realtime", "period_ms=20"), 15.5),
     ],
 )
-def test_a_vehicle_waits_as_its_technology_needs_it(
+def test_the_default_wait_fits_the_technology(
     write: Write, settings: tuple[str, ...], wait_ms: float
 ) -> None:
     write("{}")
@@ -254,8 +254,8 @@ def test_a_vehicle_waits_as_its_technology_needs_it(
 
 
 @pytest.mark.parametrize("technology", ["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"])
-def test_no_frame_is_late_unless_told_otherwise(tmp_path: Path, technology: str) -> None:
-    """The README's example, shortened: with a wait of 11 ms every frame of LTE-A Pro was late."""
+def test_no_frame_is_late_by_default(tmp_path: Path, technology: str) -> None:
+    """This is the README's example, shortened. A wait of 11 ms makes every LTE-A Pro frame late."""
     settings = ("--set", f"channel.technology={technology}", "--set", "channel.loss.p=0.3")
     command = ("run", "quickstart", "--bus", "in-process", "--duration-s", "11", *settings)
     assert zenvoy(tmp_path, *command, "--strict", "--out", "r").code == 0
@@ -268,11 +268,11 @@ def event(kind: pb.EventKind.ValueType, vehicle: int, at_s: float) -> pb.Event:
     return pb.Event(kind=kind, vehicle=vehicle, time_ns=round(at_s * 1e9))
 
 
-def test_who_has_heard_nobody_yet_has_not_fallen_back() -> None:
+def test_a_vehicle_that_has_heard_nobody_yet_has_not_fallen_back() -> None:
     falls, ends = pb.EVENT_FALLBACK, pb.EVENT_FALLBACK_END
     events = [
         event(falls, 1, 0.011),  # until the first frame comes
-        event(falls, 2, 0.011),  # for longer than data count
+        event(falls, 2, 0.011),  # for longer than data are valid
         event(falls, 3, 0.011),  # for good
         event(ends, 1, 0.211),
         event(ends, 2, 1.111),
@@ -283,7 +283,7 @@ def test_who_has_heard_nobody_yet_has_not_fallen_back() -> None:
     assert fallbacks(events[:1], Scenario()) == 1
 
 
-def test_a_run_over_a_late_channel_begins_without_fallbacks(write: Write, tmp_path: Path) -> None:
+def test_a_run_over_a_late_channel_starts_without_fallbacks(write: Write, tmp_path: Path) -> None:
     write("duration_s: 3\nfleet: {size: 4}\nchannel: {technology: lte-a-pro}\n")
     command = ("run", "s.yaml", "--bus", "in-process", "--set", "control.v2v_wait_ms=0")
     assert zenvoy(tmp_path, *command, "--out", "r").code == 0

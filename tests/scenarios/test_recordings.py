@@ -1,4 +1,4 @@
-"""Tables of speeds as others publish them, read as they are."""
+"""Published tables of speeds are read as they are."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ MPH, KNOT = 0.44704, 1852 / 3600
         ("cycSecs,cycMps,cycGrade\n0,0,0\n1,1.5,0\n", Choice(), [(0.0, 0.0), (1.0, 1.5)]),
         ("t;v [kph]\n0;36\n2;18\n", Choice(), [(0.0, 10.0), (2.0, 5.0)]),
         ("seconds,mph\n0,10\n1,20\n", Choice(), [(0.0, 10 * MPH), (1.0, 20 * MPH)]),
-        # What the scenario says counts more than what the file says.
+        # The scenario takes precedence over the file.
         ("time_s,speed_kmh\n0,10\n1,20\n", Choice(unit="knots"), [(0, 10 * KNOT), (1, 20 * KNOT)]),
     ],
 )
-def test_forms_of_others_are_read_as_they_are(
+def test_published_forms_are_read_as_they_are(
     text: str, choice: Choice, points: list[tuple[float, float]]
 ) -> None:
     read = recording(text, choice)
@@ -70,7 +70,7 @@ def test_forms_of_others_are_read_as_they_are(
     assert again.points == read.points
 
 
-def test_what_was_left_out_is_counted() -> None:
+def test_skipped_rows_are_counted() -> None:
     read = recording(forms.OPENACC, Choice(column="Speed2", unit="m/s"))
     assert (read.missing, read.raised, read.others) == (2, 1, 0)
     assert read.longest_gap_s == pytest.approx(0.2)  # a row without a speed is between the two
@@ -177,14 +177,14 @@ def test_what_was_left_out_is_counted() -> None:
             [(1, "column", "'v' is also the column of times")],
         ),
         (
-            "root:secret,of:somebody\nnext,line\n",  # the text of what is no table is not shown
+            "root:secret,of:somebody\nnext,line\n",  # the text of other files is not shown
             Choice(),
             [(None, "", "no line names a time and a speed, as the header time_s,speed_mps does")],
         ),
         ("time,speed_mps\n", Choice(), [(1, "", "there is no row below the header")]),
     ],
 )
-def test_what_cannot_be_read_is_told_with_its_line(
+def test_unreadable_rows_are_reported_with_their_line(
     text: str, choice: Choice, problems: list[tuple[int | None, str, str]]
 ) -> None:
     with pytest.raises(RecordingError) as caught:
@@ -208,7 +208,7 @@ def test_what_cannot_be_read_is_told_with_its_line(
         ("ramps", "ramps", None),
     ],
 )
-def test_units_in_headers(cell: str, name: str, unit: str | None) -> None:
+def test_units_are_read_from_headers(cell: str, name: str, unit: str | None) -> None:
     assert split_header(cell, SPEEDS) == (name, unit)
 
 
@@ -243,7 +243,7 @@ Here = Callable[[str, str], Path]
 
 @pytest.fixture
 def event(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str | bytes, str], Any]:
-    """The event that a scenario with these keys makes of a file `drive.csv`."""
+    """Return a function that reads drive.csv through a scenario, and returns the event."""
     monkeypatch.chdir(tmp_path)
 
     def read(data: str | bytes, keys: str, name: str = "drive.csv") -> Any:
@@ -255,7 +255,7 @@ def event(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str | by
     return read
 
 
-def test_a_scenario_reads_a_file_of_openacc(event: Callable[..., Any]) -> None:
+def test_a_scenario_reads_a_file_of_the_openacc_dataset(event: Callable[..., Any]) -> None:
     keys = "column: Speed1, unit: m/s, time: from-first"
     points = ((0.0, 8.25), (0.1, 8.5), (0.2, 8.625), (0.30000000000001, 8.75))
     trace = Trace(vehicle=1, at_s=0.0, points=points)
@@ -269,7 +269,7 @@ def test_a_scenario_reads_one_vehicle_of_many(event: Callable[..., Any]) -> None
     assert event(forms.PLEXE, "unit: m/s, where: {nodeId: 1, run: 0.0}").points[0] == (0.1, 27.5)
 
 
-def test_an_hour_at_ten_hertz(event: Callable[..., Any]) -> None:
+def test_a_scenario_reads_an_hour_at_ten_hertz(event: Callable[..., Any]) -> None:
     rows = "".join(f"{n / 10};{n % 50},5\n" for n in range(36_001))
     points = event("Time [s];Speed [km/h]\n" + rows, "").points
     assert (len(points), points[-1][0], points[1][1]) == (36_001, 3_600.0, 15 / 36)
@@ -307,7 +307,7 @@ def test_an_hour_at_ten_hertz(event: Callable[..., Any]) -> None:
         ),
     ],
 )
-def test_what_a_scenario_may_not_say_of_a_file(
+def test_wrong_options_of_a_file_are_refused(
     event: Callable[..., Any], keys: str, lines: list[str]
 ) -> None:
     with pytest.raises(ScenarioError) as caught:
@@ -325,14 +325,16 @@ def test_what_a_scenario_may_not_say_of_a_file(
     ],
     ids=["more", "text", "cut", "huge"],
 )
-def test_what_is_no_gzip_or_too_much(event: Callable[..., Any], data: bytes, why: str) -> None:
+def test_damaged_and_huge_gzip_files_are_refused(
+    event: Callable[..., Any], data: bytes, why: str
+) -> None:
     with pytest.raises(ScenarioError) as caught:
         event(data, "unit: mph", "drive.csv.gz")
     place = "(s.yaml, line 2)"
     assert str(caught.value) == f"events.0.file: 'drive.csv.gz' cannot be read: {why}  {place}"
 
 
-def test_options_of_a_file_go_with_a_file(tmp_path: Path) -> None:
+def test_options_of_a_file_without_a_file_are_refused(tmp_path: Path) -> None:
     head = "{type: trace, vehicle: 1, at_s: 0, points: [[0, 1], [1, 2]], unit: km/h}"
     (tmp_path / "s.yaml").write_text(f"events:\n- {head}\n")
     with pytest.raises(ScenarioError, match=r"events\.0\.unit: given without a file"):

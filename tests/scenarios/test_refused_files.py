@@ -1,4 +1,4 @@
-"""Files and names that are refused, each with the whole message."""
+"""Wrong files and names are refused, each with the whole message."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ from zenvoy.scenarios import (
         ("# nothing\n", "empty; allowed: a mapping ({} for the defaults alone)  (s.yaml)"),
     ],
 )
-def test_yaml_that_a_scenario_may_not_use(refusal: Refusal, text: str, line: str) -> None:
+def test_forbidden_yaml_is_refused(refusal: Refusal, text: str, line: str) -> None:
     assert refusal(text) == line
 
 
@@ -106,11 +106,13 @@ def test_yaml_that_a_scenario_may_not_use(refusal: Refusal, text: str, line: str
         ),
     ],
 )
-def test_files_that_cannot_be_read(refusal: Refusal, text: str | bytes, line: str) -> None:
+def test_unreadable_files_are_refused(refusal: Refusal, text: str | bytes, line: str) -> None:
     assert refusal(text, kind=UnreadableScenarioError) == line
 
 
-def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_without_read_permission_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def denied(path: str, _flags: int) -> int:
         raise PermissionError(13, "Permission denied", path)
 
@@ -132,7 +134,7 @@ def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyP
         ("x" * 50, ""),
     ],
 )
-def test_unknown_names(
+def test_unknown_names_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, hint: str
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""Settings and options of the command line that are refused, each with the whole message."""
+"""Wrong settings and options of the command line are refused, each with the whole message."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ from tests.scenarios.conftest import Refusal
         (["seed=a\nb"], "seed: 'a b' is not a whole number  (--set seed=a\\nb)"),
     ],
 )
-def test_settings(refusal: Refusal, settings: list[str], line: str) -> None:
+def test_wrong_settings_are_refused(refusal: Refusal, settings: list[str], line: str) -> None:
     text = (
         "seed: 7\ncontrol: {v2v_wait_ms: 20, schedule: []}\n"
         "events: [{vehicle: 5, at_s: 1, duration_s: 1, deceleration_mps2: 1}]\n"
@@ -70,14 +70,14 @@ def test_settings(refusal: Refusal, settings: list[str], line: str) -> None:
     assert refusal(text, *settings) == line
 
 
-def test_a_setting_nested_beyond_reason(refusal: Refusal) -> None:
+def test_a_deeply_nested_setting_is_refused(refusal: Refusal) -> None:
     setting = ".".join("a" * 5000) + "="
     example = "such as channel.loss.p=0.3"
     place = f"--set {setting}"[:299] + "…"
     assert refusal("{}", setting) == f"not of the form key=value, {example}  ({place})"
 
 
-def test_options(refusal: Refusal) -> None:
+def test_wrong_options_are_refused(refusal: Refusal) -> None:
     assert refusal("{}", "seed=3", "channel.frame_bytes=0", seed=-3, duration_s=0.01) == (
         "channel.frame_bytes: 0 is not in [1, 65535]  (--set channel.frame_bytes=0)\n"
         "seed: -3 is not in [0, 9223372036854775808)  (--seed -3)\n"
@@ -85,7 +85,7 @@ def test_options(refusal: Refusal) -> None:
     )
 
 
-def test_the_setting_that_brings_a_disagreement_about_is_named(refusal: Refusal) -> None:
+def test_the_setting_that_causes_a_disagreement_is_named(refusal: Refusal) -> None:
     assert refusal("duration_s: 5\n", "period_ms=6000", "seed=2") == (
         "duration_s: 5 is not at least one period, period_ms (6000)  (--set period_ms=6000)"
     )

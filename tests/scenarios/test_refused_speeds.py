@@ -1,4 +1,4 @@
-"""What an event that sets a speed may not say, and when two of one vehicle overlap."""
+"""Wrong events that set a speed are refused, and so are two of one vehicle that overlap."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ WAVE = "events:\n- {type: sine, vehicle: 1, at_s: 0, duration_s: 100, "
         ),
     ],
 )
-def test_what_an_event_may_not_say(here: Here, text: str, lines: list[str]) -> None:
+def test_wrong_events_are_refused(here: Here, text: str, lines: list[str]) -> None:
     here(text, CSV)
     assert refusal_of("s.yaml").splitlines() == [f"{line}  (s.yaml, line 2)" for line in lines]
 
@@ -97,7 +97,7 @@ events:
 """
 
 
-def test_speeds_of_one_vehicle_do_not_overlap(here: Here) -> None:
+def test_overlapping_speeds_of_one_vehicle_are_refused(here: Here) -> None:
     assert len(load(here(OVERLAP, "")).scenario.profiles) == 3  # they touch
     assert refusal_of("s.yaml", "events.1.at_s=99.9").splitlines() == [
         "events.1: begins at 109.9 s, before events.0 of the same vehicle ends (110 s)"

@@ -1,4 +1,4 @@
-"""Values and keys that are refused, each with the whole message."""
+"""Wrong values and keys are refused, each with the whole message."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from tests.scenarios.conftest import Refusal
         ),
     ],
 )
-def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
+def test_values_out_of_range_are_refused(refusal: Refusal, text: str, line: str) -> None:
     assert refusal(text) == line
 
 
@@ -107,7 +107,7 @@ def test_out_of_range(refusal: Refusal, text: str, line: str) -> None:
         ),
     ],
 )
-def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None:
+def test_wrong_types_and_choices_are_refused(refusal: Refusal, text: str, line: str) -> None:
     assert refusal(text) == line
 
 
@@ -140,5 +140,5 @@ def test_wrong_types_and_choices(refusal: Refusal, text: str, line: str) -> None
         ),
     ],
 )
-def test_unknown_and_missing_keys(refusal: Refusal, text: str, line: str) -> None:
+def test_unknown_and_missing_keys_are_refused(refusal: Refusal, text: str, line: str) -> None:
     assert refusal(text) == line

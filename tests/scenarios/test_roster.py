@@ -1,4 +1,4 @@
-"""Groups, sets of vehicles and schedules: what each vehicle is told."""
+"""Groups, sets of vehicles and schedules give each vehicle its settings."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ HUMANS = frozenset({2, 5})
         ("not 1-3, humans", {4, 6}),
     ],
 )
-def test_sets_as_they_are_written(text: str, expected: set[int]) -> None:
+def test_sets_are_read_as_they_are_written(text: str, expected: set[int]) -> None:
     assert members(text, 6, {"humans": HUMANS}) == expected
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("7", "7 is not within 1-6, the vehicles of fleet.size"),
         ("0-2", "0-2 is not within 1-6, the vehicles of fleet.size"),
@@ -53,10 +53,10 @@ def test_sets_as_they_are_written(text: str, expected: set[int]) -> None:
         ("1,,2", "'' is not a vehicle, a range or one of all, humans"),
     ],
 )
-def test_sets_that_make_no_sense(text: str, told: str) -> None:
+def test_wrong_sets_are_refused(text: str, message: str) -> None:
     with pytest.raises(ValueError, match="is n") as refusal:
         members(text, 6, {"humans": HUMANS})
-    assert str(refusal.value) == told
+    assert str(refusal.value) == message
 
 
 @given(st.floats(0, 1), st.integers(2, 200), st.integers(0, 2**63 - 1))
@@ -74,7 +74,7 @@ def test_another_seed_or_name_draws_others() -> None:
     assert len(chosen) == 40
 
 
-def test_every_vehicle_is_as_likely_to_be_drawn() -> None:
+def test_every_vehicle_is_equally_likely_to_be_drawn() -> None:
     counts = dict.fromkeys(range(1, 11), 0)
     for seed in range(2_000):
         for vehicle in drawn("humans", 0.3, 10, seed):
@@ -83,7 +83,7 @@ def test_every_vehicle_is_as_likely_to_be_drawn() -> None:
     assert all(508 < count < 692 for count in counts.values()), counts
 
 
-def test_the_schedule_switches_those_without_a_model_of_their_own() -> None:
+def test_the_schedule_switches_vehicles_without_a_model_of_their_own() -> None:
     scenario = Scenario(
         fleet=Fleet(
             size=6,
@@ -103,7 +103,7 @@ def test_the_schedule_switches_those_without_a_model_of_their_own() -> None:
         ),
     )
     settings = roster(scenario)
-    assert [told.program for told in settings] == [
+    assert [own.program for own in settings] == [
         ((0, "BCM"), (10_000_000_000, "PBCM"), (20_000_000_000, "MBCM")),
         ((0, "FM"), (20_000_000_000, "MBCM")),
         ((0, "BCM"), (10_000_000_000, "PBCM"), (20_000_000_000, "FM")),
@@ -111,12 +111,12 @@ def test_the_schedule_switches_those_without_a_model_of_their_own() -> None:
         ((0, "FM"), (20_000_000_000, "FM")),
         ((0, "BCM"), (10_000_000_000, "PBCM"), (20_000_000_000, "FM")),
     ]
-    assert [told.beacons for told in settings] == [True, False, True, True, False, True]
-    assert [told.gains.k_d for told in settings] == [0.1, 0.1, 0.1, 0.1, 0.3, 0.3]
-    assert [told.desired_gap_m for told in settings] == [37.5] * 4 + [50.0] * 2
+    assert [own.beacons for own in settings] == [True, False, True, True, False, True]
+    assert [own.gains.k_d for own in settings] == [0.1, 0.1, 0.1, 0.1, 0.3, 0.3]
+    assert [own.desired_gap_m for own in settings] == [37.5] * 4 + [50.0] * 2
 
 
-def test_later_groups_count_and_may_name_earlier_ones() -> None:
+def test_later_groups_win_and_may_name_earlier_ones() -> None:
     groups = (
         Group(name="slow", vehicles="1-3", desired_speed_mps=20.0, model="FM"),
         Group(name="rest", vehicles="not slow", desired_speed_mps=0.0),
@@ -124,12 +124,12 @@ def test_later_groups_count_and_may_name_earlier_ones() -> None:
     )
     scenario = Scenario(fleet=Fleet(size=5, groups=groups))
     assert group_members(scenario)["rest"] == {4, 5}
-    speeds = [told.desired_speed_mps for told in roster(scenario)]
+    speeds = [own.desired_speed_mps for own in roster(scenario)]
     assert speeds == [20.0, 20.0, 25.0, 0.0, 0.0]
-    assert [told.models for told in roster(scenario)] == [{"FM"}] * 3 + [{"PBCM"}] * 2
+    assert [own.models for own in roster(scenario)] == [{"FM"}] * 3 + [{"PBCM"}] * 2
 
 
-def test_all_that_is_wrong_with_groups_is_told(tmp_path: Path) -> None:
+def test_all_mistakes_in_groups_are_reported(tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(
         """\
@@ -168,7 +168,7 @@ control:
 
 
 @pytest.mark.parametrize("weights", ["sum", [], [0, 0], [1, -1], [1, "x"], [True], 3, None])
-def test_weights_that_make_no_sense(tmp_path: Path, weights: object) -> None:
+def test_wrong_weights_are_refused(tmp_path: Path, weights: object) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(f"control: {{multi_node: {{weights: {weights!r}}}}}".replace("None", "null"))
     with pytest.raises(ScenarioError, match="is not least-squares, uniform, or a list of numbers"):

@@ -1,4 +1,4 @@
-"""Scenarios that are accepted: files, names, overrides, the library, and writing them out."""
+"""Valid scenarios are read from files, names and overrides, and written as YAML and JSON."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
     return write_it
 
 
-def test_a_file_says_what_differs_from_the_defaults(write: Write) -> None:
+def test_a_file_has_what_differs_from_the_defaults(write: Write) -> None:
     text = "fleet: {size: 7}\r\nchannel:\r\n  loss: {p: 0.25}\r\n"
     loaded = load(write(text))
     assert loaded.name == "s"
@@ -62,7 +62,7 @@ def test_a_path_may_be_text_or_a_path(write: Write, as_given: Callable[[Path], s
     assert load(as_given(path)).scenario.seed == 3
 
 
-def test_lists_fill_tuples_and_whole_numbers_fill_fractions(write: Write) -> None:
+def test_lists_become_tuples_and_integers_become_floats(write: Write) -> None:
     text = """
     duration_s: 60
     control: {model: FM, schedule: [{at_s: 10, model: BCM}, {at_s: 20.5, model: PBCM}]}
@@ -78,7 +78,7 @@ def test_lists_fill_tuples_and_whole_numbers_fill_fractions(write: Write) -> Non
     assert type(scenario.duration_s) is float
 
 
-def test_numbers_and_texts_are_those_of_yaml_1_2(write: Write) -> None:
+def test_numbers_and_texts_follow_yaml_1_2(write: Write) -> None:
     text = "description: no\nseed: 012\nduration_s: 1e3\nfleet: {size: 0x10, gap_m: 0o50}\n"
     scenario = load(write(text)).scenario
     assert scenario.description == "no"
@@ -91,7 +91,7 @@ def test_a_date_is_text(write: Write) -> None:
     assert load(write("description: 2024-05-01\n")).scenario.description == "2024-05-01"
 
 
-def test_aliases_repeat_a_value_and_an_override_of_one_leaves_the_other(write: Write) -> None:
+def test_an_override_of_one_alias_leaves_the_other(write: Write) -> None:
     text = """
     events:
       - &brake {vehicle: 5, at_s: 10, duration_s: 2, deceleration_mps2: 3}
@@ -157,7 +157,7 @@ def test_a_setting_replaces_one_value_and_no_other(setting: str, key: str, value
     }
 
 
-def test_the_last_setting_wins_and_the_options_come_after_it(write: Write) -> None:
+def test_the_last_setting_wins_and_options_win_over_settings(write: Write) -> None:
     path = write("seed: 1\n")
     assert load(path, ["seed=2", "seed=3"]).scenario.seed == 3
     scenario = load(path, ["seed=2", "duration_s=7"], seed=0, duration_s=9.5).scenario
@@ -197,7 +197,7 @@ def test_cases_are_listed_in_order_of_their_numbers(
     assert builtin() == [(name, f"about {name}") for name in names]
 
 
-def test_quickstart() -> None:
+def test_quickstart_has_its_documented_values() -> None:
     loaded = load("quickstart")
     assert loaded.name == "quickstart"
     assert loaded.scenario == Scenario(
@@ -211,7 +211,7 @@ def test_quickstart() -> None:
     )
 
 
-def test_case_15_of_the_paper() -> None:
+def test_case_15_has_the_values_of_the_paper() -> None:
     loaded = load("paper/case-15")
     assert loaded.name == "paper/case-15"
     assert loaded.scenario == Scenario(
@@ -260,7 +260,7 @@ def test_the_effective_yaml_has_every_value_in_the_order_of_the_schema(write: Wr
         "x " * 99,
     ],
 )
-def test_any_description_is_written_so_that_it_is_read_back(write: Write, description: str) -> None:
+def test_any_description_is_written_and_read_back(write: Write, description: str) -> None:
     scenario = Scenario(description=description)
     assert load(write(effective_yaml(scenario))).scenario == scenario
 
@@ -301,12 +301,12 @@ def test_a_scenario_built_in_python_is_checked_across_sections() -> None:
     ) in str(refusal.value)
 
 
-def test_a_scenario_does_not_change() -> None:
+def test_a_scenario_is_immutable() -> None:
     with pytest.raises(ValidationError, match="frozen"):
         Scenario().seed = 2  # type: ignore[misc]
 
 
-def test_errors_survive_the_way_between_processes() -> None:
+def test_errors_can_be_pickled() -> None:
     with pytest.raises(ScenarioError) as refusal:
         load("quickstart", ["seed=-1"])
     copy = pickle.loads(pickle.dumps(refusal.value))
@@ -314,5 +314,5 @@ def test_errors_survive_the_way_between_processes() -> None:
     assert copy.problems == refusal.value.problems
 
 
-def test_what_is_exported_exists() -> None:
+def test_exported_names_exist() -> None:
     assert all(hasattr(scenarios, name) for name in scenarios.__all__)

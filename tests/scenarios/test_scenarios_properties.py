@@ -1,4 +1,4 @@
-"""Properties of loading: what is written is read back, and any text loads or is refused."""
+"""A written scenario is read back, and any text loads or is refused."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from zenvoy.scenarios import (
 
 MESSAGE = re.compile(r"(\S.*: )?\S.*  \((s\.yaml(, line \d+)?|--set .*)\)")
 
-# How long an example takes says something about the machine only.
+# The time that an example takes depends on the machine only.
 NO_DEADLINE = settings(deadline=None)
 
 positive = st.floats(min_value=1e-6, max_value=1e9)
@@ -154,7 +154,7 @@ def _written(folder: Path, text: str) -> Path:
 
 
 def _refusal(folder: Path, text: str, *overrides: str) -> ScenarioError | None:
-    """The error that loading `text` raises, if it raises one; checks the form of its message."""
+    """Return the error that loading `text` raises, if any, and check the form of its message."""
     path = _written(folder, text)
     try:
         load(path, overrides)
@@ -197,7 +197,7 @@ def _paths(value: object, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 
 def _copy_and_holder(path: tuple[Any, ...]) -> tuple[dict[str, Any], Any]:
-    """A copy of VALID, and what holds the value at `path` in it."""
+    """Return a copy of VALID, and the container in it that has the value at `path`."""
     copy = YAML(typ="safe", pure=True).load(_yaml(VALID))
     holder = copy
     for step in path[:-1]:
@@ -245,7 +245,7 @@ def test_any_value_anywhere_is_accepted_or_refused_as_a_scenario(
     _refusal(folder, _yaml(values))
 
 
-def test_a_short_key_is_recognised_backwards(folder: Path) -> None:
+def test_a_misspelt_short_key_is_recognised(folder: Path) -> None:
     error = _refusal(folder, "channel: {momo: true}")
     assert error is not None
     assert "did you mean 'mimo'?" in str(error)

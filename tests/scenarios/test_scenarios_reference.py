@@ -1,4 +1,4 @@
-"""docs/scenarios.md says what the schema says: a row for every key, no more, and examples load."""
+"""docs/scenarios.md has exactly one row for every key of the schema, and its examples load."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ UNITS: Final = {
 
 
 class Row(NamedTuple):
-    """A key, below its section, and what the reference has to say of it."""
+    """A key, below its section, and what the reference must say of it."""
 
     section: str
     key: str
@@ -49,8 +49,8 @@ class Row(NamedTuple):
 
 
 def rows_of_schema(schema: dict[str, Any], section: str) -> Iterator[Row]:
-    for key, said in schema["properties"].items():
-        path, value = f"{section}.{key}".lstrip("."), resolved(said)
+    for key, declared in schema["properties"].items():
+        path, value = f"{section}.{key}".lstrip("."), resolved(declared)
         if "noun" in value and "properties" in value:  # a name, or a mapping
             yield Row(section, key, _unit(key), _default(schema, key, value), _allowed(value))
         if "properties" in value and "nullable" not in value:
@@ -104,7 +104,7 @@ def rows_of_page() -> Iterator[Row]:
             yield Row(section, key.strip("`"), unit, default, allowed)
 
 
-def test_there_is_a_right_row_for_every_key_and_no_other() -> None:
+def test_every_key_has_a_correct_row_and_there_are_no_others() -> None:
     written, expected = list(rows_of_page()), list(rows_of_schema(schema_at(()), ""))
     assert len(set(written)) == len(written)
     missing = [str(row) for row in expected if row not in written]

@@ -1,4 +1,4 @@
-"""Spacing from bumper to bumper is the other way to say that from front to front."""
+"""Spacing may be given from bumper to bumper or from front to front."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ control:
 """
 
 
-def test_a_length_lies_between_the_two(tmp_path: Path) -> None:
+def test_the_two_spacings_differ_by_the_length(tmp_path: Path) -> None:
     scenario = scenario_of(tmp_path, ALL)
     assert (scenario.fleet.gap_m, scenario.control.desired_gap_m) == (10.0, 9.0)
     assert [group.desired_gap_m for group in scenario.fleet.groups] == [14.0, None]
@@ -50,7 +50,7 @@ def test_a_length_lies_between_the_two(tmp_path: Path) -> None:
     assert scenario_of(tmp_path, text) == scenario
 
 
-def test_what_is_written_later_counts(tmp_path: Path) -> None:
+def test_the_later_spacing_wins(tmp_path: Path) -> None:
     (tmp_path / "base.yaml").write_text("fleet: {gap_m: 30}\ncontrol: {desired_bumper_gap_m: 20}\n")
     extended = "extends: base.yaml\nfleet: {bumper_gap_m: 7}\ncontrol: {desired_gap_m: 12}\n"
     scenario = scenario_of(tmp_path, extended)
@@ -81,13 +81,13 @@ def test_what_is_written_later_counts(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_may_not_be_said(tmp_path: Path, text: str, line: str) -> None:
+def test_wrong_spacings_are_refused(tmp_path: Path, text: str, line: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         scenario_of(tmp_path, text)
     assert str(caught.value) == f"{line}  ({tmp_path / 's.yaml'}, line 1)"
 
 
-# The pages for those who come from other tools -----------------------------------------------
+# The pages for users of other tools -----------------------------------------------------------
 
 BLOCKS: Final = [
     (page, text)
@@ -109,8 +109,8 @@ def test_scenarios_of_the_pages_run(tmp_path: Path, page: str, text: str) -> Non
     assert pb.EVENT_COLLISION not in kinds
 
 
-def test_the_keys_that_the_pages_name_are_there() -> None:
-    """In tables, keys of Zenvoy stand in the second column."""
+def test_the_keys_that_the_pages_name_exist() -> None:
+    """In tables, keys of Zenvoy are in the second column."""
     known = (DOCS / "scenarios.md").read_text()
     for page in ("from-plexe", "from-sumo"):
         rows = re.findall(r"^\| [^|]+ \| ([^|]+) \|", (DOCS / f"{page}.md").read_text(), re.M)

@@ -68,7 +68,7 @@ def test_a_file_is_found_beside_the_scenario(
 
 
 @pytest.mark.parametrize("name", list(technologies()))
-def test_a_file_with_equal_values_gives_the_fingerprint_of_the_built_in_one(
+def test_a_file_with_equal_values_gives_the_fingerprint_of_the_built_in_technology(
     tmp_path: Path, name: str
 ) -> None:
     text = inside(Path("radios", f"{name}.yaml")).read_text(encoding="utf-8")
@@ -94,7 +94,7 @@ def test_a_run_is_repeated_without_the_file(tmp_path: Path) -> None:
     assert json.loads(effective_json(scenario))["channel"]["technology"]["delay_ms"] == [5.0, 15.0]
 
 
-def test_a_log_from_before_names_its_technology_alone() -> None:
+def test_an_older_log_has_only_the_name_of_its_technology() -> None:
     text = '{"channel": {"technology": "lte-a-pro", "bit_rate_mbps": null}}'
     assert Scenario.model_validate_json(text).channel.radio == technologies()["lte-a-pro"]
 
@@ -118,13 +118,13 @@ def test_a_scenario_may_replace_every_value_but_the_name() -> None:
     assert radio == Technology.model_validate({"name": "ieee80211p", **other})
 
 
-def test_replaced_values_act_as_those_of_a_technology(tmp_path: Path) -> None:
+def test_replaced_values_act_like_those_of_a_technology(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(MINE)
     mine = load("quickstart", [f"channel.technology={tmp_path}/mine.yaml"], duration_s=2).scenario
     values = ["range_m=200", "bit_rate_mbps=12", "delay_ms=[5, 15]", "title=null"]
-    said = load("quickstart", [f"channel.{value}" for value in values], duration_s=2).scenario
+    replaced = load("quickstart", [f"channel.{value}" for value in values], duration_s=2).scenario
     assert (
-        fingerprint(said)
+        fingerprint(replaced)
         == fingerprint(mine)
         != fingerprint(load("quickstart", duration_s=2).scenario)
     )
@@ -166,7 +166,7 @@ def test_replaced_values_act_as_those_of_a_technology(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_wrong_in_a_file_is_said_with_its_line(
+def test_mistakes_in_a_file_are_reported_with_their_line(
     tmp_path: Path, text: str, line: str
 ) -> None:
     (tmp_path / "mine.yaml").write_text(text)
@@ -177,14 +177,14 @@ def test_what_is_wrong_in_a_file_is_said_with_its_line(
 def test_only_regular_files_of_a_bounded_size_are_read(tmp_path: Path) -> None:
     path = tmp_path / "s.yaml"
     path.write_text("channel:\n  technology: ./mine.yaml\n")
-    said = "channel.technology: './mine.yaml' cannot be read: {}  (s.yaml, line 2)"
-    assert refusal(path) == [said.format("No such file or directory")]
+    message = "channel.technology: './mine.yaml' cannot be read: {}  (s.yaml, line 2)"
+    assert refusal(path) == [message.format("No such file or directory")]
     (tmp_path / "mine.yaml").mkdir()
-    assert refusal(path) == [said.format("a folder, not a file")]
+    assert refusal(path) == [message.format("a folder, not a file")]
     (tmp_path / "mine.yaml").rmdir()
     with (tmp_path / "mine.yaml").open("wb") as file:
         file.truncate(2**24 + 1)
-    assert refusal(path) == [said.format("larger than the limit of 16 MiB")]
+    assert refusal(path) == [message.format("larger than the limit of 16 MiB")]
 
 
 def test_the_text_of_any_other_file_is_in_no_message(tmp_path: Path) -> None:
@@ -197,7 +197,7 @@ def test_the_text_of_any_other_file_is_in_no_message(tmp_path: Path) -> None:
         assert "channel.technology: " in str(refused.value)
 
 
-def test_a_technology_may_say_that_it_shares_the_medium_by_carrier_sense(tmp_path: Path) -> None:
+def test_a_technology_may_use_carrier_sense(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(MINE)
     path = tmp_path / "s.yaml"
     path.write_text("channel: {technology: mine.yaml, medium: {access: csma}}")
@@ -211,7 +211,7 @@ def test_a_technology_may_say_that_it_shares_the_medium_by_carrier_sense(tmp_pat
     assert refusal(path, "channel.csma=false")[0].startswith("channel.medium.access: csma is not")
 
 
-def test_the_note_on_range_names_the_key_that_says_it(tmp_path: Path) -> None:
+def test_the_note_on_range_names_the_key_that_sets_it(tmp_path: Path) -> None:
     (note,) = load("quickstart", ["channel.range_m=20"]).notes
     assert str(note).startswith("channel.range_m: a range of 20 m is less than fleet.gap_m")
 

@@ -1,4 +1,4 @@
-"""A trace is read from a CSV file, and what is wrong in the file is told with its line."""
+"""A trace is read from a CSV file, and mistakes in the file are reported with their line."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ def test_a_trace_has_the_points_of_its_file(here: Here) -> None:
         '"time_s","speed_mps"\n0,"30"\n5e-1,3.025e1\n2.,+28.\n',
     ],
 )
-def test_csv_as_other_programs_write_it(here: Here, csv: str) -> None:
+def test_csv_of_other_programs_is_read(here: Here, csv: str) -> None:
     assert load(here(TRACE, csv)).scenario.events == (Trace(vehicle=1, at_s=2, points=POINTS),)
 
 
-def test_the_effective_scenario_is_complete_in_itself(here: Here, tmp_path: Path) -> None:
+def test_the_effective_scenario_is_self_contained(here: Here, tmp_path: Path) -> None:
     scenario = load(here(TRACE, CSV)).scenario
     text = effective_yaml(scenario)
     assert "  points:\n  - [0.0, 30.0]\n  - [0.5, 30.25]\n  - [2.0, 28.0]\n" in text
@@ -127,14 +127,14 @@ def test_a_setting_names_a_file_from_the_folder_of_the_command(here: Here) -> No
         ),
     ],
 )
-def test_what_is_wrong_in_a_csv_is_told_with_its_line(
+def test_mistakes_in_a_csv_are_reported_with_their_line(
     here: Here, csv: str, lines: list[str]
 ) -> None:
     here(TRACE, csv)
     assert refusal_of("s.yaml").splitlines() == lines
 
 
-def test_a_csv_that_cannot_be_read(here: Here) -> None:
+def test_an_unreadable_csv_is_refused(here: Here) -> None:
     here(TRACE, "")
     Path("drive.csv").unlink()
     assert refusal_of("s.yaml").splitlines() == [

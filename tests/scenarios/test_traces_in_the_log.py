@@ -1,4 +1,4 @@
-"""The log tells when a vehicle follows a speed, and shows it."""
+"""The log has an event when a vehicle follows a speed, and its truth follows that speed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ events:
 
 
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
-def test_the_log_tells_of_traces_and_shows_them(tmp_path: Path, bus: str) -> None:
+def test_the_log_has_events_and_truth_of_traces(tmp_path: Path, bus: str) -> None:
     csv = tmp_path / "out"
     csv.mkdir()
     (csv / "drive.csv").write_text("time_s,speed_mps\n0,30\n1,31.5\n")
@@ -47,6 +47,6 @@ def test_the_log_tells_of_traces_and_shows_them(tmp_path: Path, bus: str) -> Non
         assert speed[k] == pytest.approx(30 + sin(pi * (k / 10 - 1.0)), abs=1e-12)
     for k in range(41, 51):
         assert speed[k] == pytest.approx(30 + 1.5 * (k / 10 - 4.05), abs=1e-12)
-    assert speed[51:] == [pytest.approx(31.5, abs=1e-12)] * 10  # it keeps the speed it has then
+    assert speed[51:] == [pytest.approx(31.5, abs=1e-12)] * 10  # it keeps its last speed
     values = json.loads(log.attachments["effective.json"])
     assert values["events"][2]["points"] == [[0.0, 30.0], [1.0, 31.5]]

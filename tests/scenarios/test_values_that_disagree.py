@@ -1,4 +1,4 @@
-"""Values that are refused because of others, and what is said when much is wrong at once."""
+"""Values that disagree are refused, and all mistakes are reported at once."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ from zenvoy.scenarios import (
         ),
     ],
 )
-def test_values_that_disagree(refusal: Refusal, text: str, line: str) -> None:
+def test_values_that_disagree_are_refused(refusal: Refusal, text: str, line: str) -> None:
     assert refusal(text) == line
 
 
-def test_values_that_just_agree(tmp_path: Path) -> None:
+def test_values_that_just_agree_are_accepted(tmp_path: Path) -> None:
     path = tmp_path / "s.yaml"
     path.write_text(
         "duration_s: 0.1\nfleet: {size: 2, gap_m: 5.001}\nroad: {type: open}\n"
@@ -77,7 +77,7 @@ def test_values_that_just_agree(tmp_path: Path) -> None:
     assert load(path, settings).scenario.ring_length_m == pytest.approx(10.002)
 
 
-def test_everything_that_is_wrong_is_said_at_once_in_order(refusal: Refusal) -> None:
+def test_all_mistakes_are_reported_at_once_in_order(refusal: Refusal) -> None:
     text = """\
 duration_s: 0.05
 fleet: {size: forty, gap_m: 5}
@@ -128,7 +128,7 @@ sensors:
     ]
 
 
-def test_a_refused_value_does_not_hide_what_disagrees_beside_it(refusal: Refusal) -> None:
+def test_a_refused_value_does_not_hide_disagreements_beside_it(refusal: Refusal) -> None:
     text = "events: [{vehicle: 45, at_s: soon, duration_s: 3, deceleration_mps2: 3}]"
     assert refusal(text).splitlines() == [
         "events.0.at_s: 'soon' is not a number  (s.yaml, line 1)",
