@@ -1,4 +1,4 @@
-"""Runs on arrays as values: those that a log of the in-process bus has, bit by bit."""
+"""Runs on arrays have the values of a log of the in-process bus, bit for bit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ EXAMPLES: Final = int(os.environ.get("ARRAY_EXAMPLES", "15"))
 
 
 def everything(*runs: Loaded) -> Wanted:
-    """All columns that some of these runs have."""
+    """Return all columns that any of these runs has."""
     found: dict[str, dict[str, None]] = {}
     for one in runs:
         for topic, names in columns_of(one.scenario).items():
@@ -40,7 +40,7 @@ def everything(*runs: Loaded) -> Wanted:
 
 
 def logged(loaded: Loaded) -> Run:
-    """The same run on the in-process bus, from its log."""
+    """Return the same run on the in-process bus, from its log."""
     with tempfile.TemporaryDirectory() as folder:
         made = make_folder(Path(folder) / "run", loaded.name)
         assert run(loaded, made, "in-process") is None
@@ -48,7 +48,7 @@ def logged(loaded: Loaded) -> Run:
 
 
 def differences(found: Run, expected: Run) -> list[str]:
-    """What differs between two runs, but for what only a log has."""
+    """Return what differs between two runs, except for what only a log has."""
     wrong = []
     for topic in columns_of(found.scenario):
         table, other = found[topic], expected[topic]
@@ -68,7 +68,7 @@ def differences(found: Run, expected: Run) -> list[str]:
 
 
 def as_values(found: Digest) -> tuple[object, ...]:
-    """What a digest holds, but for fingerprint and wall time."""
+    """Return what a digest holds, except for fingerprint and wall time."""
     facts = {name: v for name, v in found.facts.items() if name not in {"fingerprint", "wall_s"}}
     names = (name for name in Digest.__slots__ if name != "facts")
     return (repr(facts), *(getattr(found, name).tobytes() for name in names))
@@ -108,7 +108,7 @@ def test_values_of_any_scenario_are_those_of_the_log(scenario: Scenario, other_s
     assert differences(found, logged(runs[1])) == []
 
 
-def test_only_what_is_wanted_is_kept() -> None:
+def test_only_wanted_columns_are_kept() -> None:
     runs = [load("paper/case-15", duration_s=2.0)]
     (found,) = run_batch(runs, {TRUTH.log_name: ["speed"], ESTIMATE.log_name: ["ahead_gap"]})
     assert set(found.truth) == {"cycle", "time_ns", "speed"}
@@ -118,7 +118,7 @@ def test_only_what_is_wanted_is_kept() -> None:
     assert np.array_equal(found.estimate["ahead_gap"], expected.estimate["ahead_gap"], True)
 
 
-def test_runs_are_split_where_they_would_take_too_much() -> None:
+def test_runs_are_split_if_they_would_take_too_much_memory() -> None:
     runs = [load("paper/case-15", seed=seed, duration_s=1.0) for seed in range(5)]
     wanted = {TRUTH.log_name: ["position"]}
     limit = 2 * bytes_of_run(runs[0].scenario, wanted)
@@ -140,7 +140,7 @@ def test_a_run_without_a_log_has_neither_fingerprint_nor_frames() -> None:
     assert (summary["frames"], summary["wall_s"], summary["bus"]) == (None, None, "arrays")
 
 
-def test_a_column_that_is_not_there_is_named() -> None:
+def test_a_missing_column_is_named() -> None:
     loaded = load("paper/case-15", duration_s=1.0)
     with pytest.raises(ValueError, match="/fleet/radar: these runs have no column heat"):
         next(run_batch([loaded], {RADAR.log_name: ["heat"]}))

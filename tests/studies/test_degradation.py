@@ -1,4 +1,4 @@
-"""`zenvoy degradation`: what it runs, and what it makes of it."""
+"""`zenvoy degradation` runs every point, and writes tables and figures of them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def of(point: Point) -> Scenario:
     return load("paper/case-15", settings(point)).scenario
 
 
-def test_every_point_is_a_run_of_its_own() -> None:
+def test_every_point_is_its_own_run() -> None:
     cells = plan(2, 30.0)
     levels = sum(len(impairment.levels) for impairment in IMPAIRMENTS)
     assert len(cells) == levels * len(MODELS) * 2
@@ -43,7 +43,7 @@ def test_every_point_is_a_run_of_its_own() -> None:
         assert of_point[0].load().scenario.duration_s == 30.0
 
 
-def test_what_is_made_worse() -> None:
+def test_each_degradation_changes_its_setting() -> None:
     scenario = of(Point("loss", 70.0, "BCM", True))
     assert scenario.channel.loss.p == pytest.approx(0.7)
     assert scenario.control.schedule[0].model == "BCM"
@@ -58,28 +58,28 @@ def test_what_is_made_worse() -> None:
         assert model.p / (model.p + model.r) == pytest.approx(0.3)  # share of frames lost
 
 
-def test_figures_of_a_run(short: Digest) -> None:
+def test_a_run_has_its_figures(short: Digest) -> None:
     smallest, spread = (quantity.of(short) for quantity in QUANTITIES)
     second_half, last = short.time_s >= 3.0, short.time_s >= short.time_s[-1] - 20.0
     assert smallest == short.min_distance[second_half].min()
     assert spread == pytest.approx(short.spread[last].mean())
 
 
-def test_table_and_figure(short: Digest) -> None:
+def test_the_table_and_the_figure_are_written(short: Digest) -> None:
     runs = {point: [short] * 2 for point in plan(1, None)}
     table = sheet(runs)
     assert len(table.rows) == len(runs)
     assert all(len(row) == len(table.columns) for row in table.rows)
     rows = list(csv.DictReader(csv_bytes(table).decode().splitlines()))
     assert float(rows[0]["MinDistance, m"]) == pytest.approx(QUANTITIES[0].of(short), rel=1e-6)
-    assert float(rows[0]["± 95 %, m"]) == 0.0  # twice the same
+    assert float(rows[0]["± 95 %, m"]) == 0.0  # the same run twice
     alone = sheet({point: [short] for point in runs})
     assert alone.rows[0][alone.columns.index("± 95 %, m")] is None
     drawing = drawn(picture(runs, "…"))
     assert drawing.png.startswith(b"\x89PNG")
 
 
-def test_nothing_is_left_of_a_command_that_is_refused(tmp_path: Path) -> None:
+def test_a_refused_command_leaves_no_files(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "degradation", "--seeds", "0")
     assert outcome.code == 2
     assert "--seeds" in outcome.err

@@ -1,4 +1,4 @@
-"""Studies: what is run, what is kept, and that nothing is run twice."""
+"""Studies run their cells, keep digests, and run nothing twice."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BCM = Cell(scenario="paper/case-07", seed=2, settings=SMALL, duration_s=2.0)
 PBCM = Cell(scenario="paper/case-15", seed=2, settings=SMALL, duration_s=2.0)
 
 
-def test_a_key_is_that_of_what_is_run() -> None:
+def test_a_key_depends_on_all_that_is_run() -> None:
     same = Cell(
         scenario="paper/case-15",
         seed=2,
@@ -41,7 +41,7 @@ def test_a_key_is_that_of_what_is_run() -> None:
 
 
 def in_a_process_of_its_own(folder: Path, engine: Engine) -> str:
-    """Run BCM and PBCM, and return the first line told.
+    """Run BCM and PBCM, and return the first line of output.
 
     The process of the tests may have opened a Zenoh session, after which it cannot fork a fleet.
     """
@@ -61,11 +61,11 @@ def in_a_process_of_its_own(folder: Path, engine: Engine) -> str:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_digests_are_those_of_the_logs(tmp_path: Path, engine: Engine) -> None:
+def test_digests_equal_those_of_the_logs(tmp_path: Path, engine: Engine) -> None:
     assert in_a_process_of_its_own(tmp_path / "runs", engine) == "2 runs, 0 of them done already"
-    told: list[str] = []
-    found = Study(folder=tmp_path / "runs", on_line=told.append).run([BCM, PBCM])
-    assert told == ["2 runs, 2 of them done already"]
+    reported: list[str] = []
+    found = Study(folder=tmp_path / "runs", on_line=reported.append).run([BCM, PBCM])
+    assert reported == ["2 runs, 2 of them done already"]
     for cell in (BCM, PBCM):
         text = f"extends: {cell.scenario}\nduration_s: 2\nseed: 2\nfleet: {{size: 8}}\nevents:\n"
         text += "  - {vehicle: 5, at_s: 0.5, duration_s: 2, deceleration_mps2: 3}\n"
@@ -81,15 +81,15 @@ def test_digests_are_those_of_the_logs(tmp_path: Path, engine: Engine) -> None:
     assert {file.name for file in kept} == {"digest.npz"}  # and no log
 
 
-def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
+def test_finished_runs_are_not_run_again(tmp_path: Path) -> None:
     first = Study(folder=tmp_path, jobs=2).run([BCM])
     made_ns = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("digest.npz")}
     half = tmp_path / PBCM.key()
     half.mkdir()
     (half / "run.mcap").write_bytes(b"half a log of a run that was stopped")
-    told: list[str] = []
-    again = Study(folder=tmp_path, jobs=2, on_line=told.append).run([BCM, PBCM])
-    assert told == [
+    reported: list[str] = []
+    again = Study(folder=tmp_path, jobs=2, on_line=reported.append).run([BCM, PBCM])
+    assert reported == [
         "2 runs, 1 of them done already",
         "engine: arrays",
         f"1 of 1: {_named(PBCM)}",
@@ -100,7 +100,7 @@ def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
     assert [file.name for file in half.iterdir()] == ["digest.npz"]
 
 
-def test_a_broken_digest_is_made_anew(tmp_path: Path) -> None:
+def test_a_broken_digest_is_made_again(tmp_path: Path) -> None:
     whole = Study(folder=tmp_path, jobs=1).run([BCM])[BCM]
     (file,) = tmp_path.rglob("digest.npz")
     file.write_bytes(file.read_bytes()[:1_000])
@@ -109,39 +109,39 @@ def test_a_broken_digest_is_made_anew(tmp_path: Path) -> None:
     assert Digest.read(file).facts["seed"] == 2
 
 
-def test_fingerprints_are_made_where_they_are_wanted(tmp_path: Path) -> None:
+def test_fingerprints_are_made_on_request(tmp_path: Path) -> None:
     in_process = Study(folder=tmp_path / "a", engine="in-process").run([BCM, PBCM])
     without = Study(folder=tmp_path / "b").run([BCM, PBCM])
     assert {run.facts["fingerprint"] for run in without.values()} == {""}
-    told: list[str] = []
-    study = Study(folder=tmp_path / "b", fingerprints=True, on_line=told.append)
+    reported: list[str] = []
+    study = Study(folder=tmp_path / "b", fingerprints=True, on_line=reported.append)
     found = study.run([BCM, PBCM])
-    assert told[0] == "2 runs, 0 of them done already"
+    assert reported[0] == "2 runs, 0 of them done already"
     for cell, one in in_process.items():
         assert found[cell].facts["fingerprint"] == one.facts["fingerprint"]
     study.run([BCM, PBCM])
-    assert told[-1] == "2 runs, 2 of them done already"
+    assert reported[-1] == "2 runs, 2 of them done already"
 
 
-def test_what_arrays_do_not_run_goes_in_process(tmp_path: Path) -> None:
+def test_cells_that_arrays_do_not_run_go_in_process(tmp_path: Path) -> None:
     relayed = Cell(
         scenario="paper/case-07",
         seed=2,
         settings=(*SMALL, "channel.relay_hops=2"),
         duration_s=2.0,
     )
-    told: list[str] = []
-    found = Study(folder=tmp_path, on_line=told.append).run([BCM, relayed])
-    assert told[2].startswith(f"{_named(relayed)}: in-process, for channel.relay_hops: 2")
+    reported: list[str] = []
+    found = Study(folder=tmp_path, on_line=reported.append).run([BCM, relayed])
+    assert reported[2].startswith(f"{_named(relayed)}: in-process, for channel.relay_hops: 2")
     assert found[relayed].facts["fingerprint"]  # of its log
     assert not found[BCM].facts["fingerprint"]
 
 
-def test_runs_that_differ_in_their_seed_only_are_run_together(tmp_path: Path) -> None:
+def test_runs_that_differ_only_in_seed_go_together(tmp_path: Path) -> None:
     of_seeds = [replace(cell, seed=seed) for seed in (1, 2, 3) for cell in (BCM, PBCM)]
-    told: list[str] = []
-    found = Study(folder=tmp_path, on_line=told.append).run(of_seeds)
-    together = [line.partition(": ")[2] for line in told[2:]]
+    reported: list[str] = []
+    found = Study(folder=tmp_path, on_line=reported.append).run(of_seeds)
+    together = [line.partition(": ")[2] for line in reported[2:]]
     by_scenario = sorted(of_seeds, key=lambda cell: cell.scenario)
     assert sorted(together) == sorted(_named(cell) for cell in of_seeds)
     assert together[:3] in (
@@ -151,7 +151,7 @@ def test_runs_that_differ_in_their_seed_only_are_run_together(tmp_path: Path) ->
     assert [found[cell].facts["seed"] for cell in of_seeds] == [1, 1, 2, 2, 3, 3]
 
 
-def test_a_sheet_of_fingerprints_is_not_replaced_by_an_emptier_one(tmp_path: Path) -> None:
+def test_a_list_of_fingerprints_is_not_replaced_by_a_shorter_one(tmp_path: Path) -> None:
     arguments = ["reproduce", "--seeds", "2", "--duration-s", "1", "--out", "r", "--runs", "runs"]
     sheet = tmp_path / "r" / "fingerprints.csv"
     sheet.parent.mkdir()
@@ -167,7 +167,7 @@ def test_a_sheet_of_fingerprints_is_not_replaced_by_an_emptier_one(tmp_path: Pat
     assert "lists the fingerprint of every run" in page.read_text()
 
 
-def test_a_cell_that_cannot_be_run_is_told_before_any_is(tmp_path: Path) -> None:
+def test_a_wrong_cell_is_reported_before_any_cell_runs(tmp_path: Path) -> None:
     wrong = Cell(scenario="paper/case-15", seed=1, settings=("fleet.size=1",))
     with pytest.raises(ScenarioError, match=r"fleet\.size: 1 is not in"):
         Study(folder=tmp_path, jobs=1).run([BCM, wrong])
@@ -184,7 +184,7 @@ def test_a_grid_goes_seed_by_seed() -> None:
     ]
 
 
-def test_the_plan_holds_all_cases_on_both_roads() -> None:
+def test_the_plan_has_all_cases_on_both_roads() -> None:
     cells = plan(30, None)
     for number in range(1, 17):
         label = f"{number:02}"
@@ -206,8 +206,8 @@ def test_what_supplements_the_cases_has_a_tenth_of_many_seeds() -> None:
     assert {lengths[part] for part in ("open", "stale", "sign", "gains")} == {30}
 
 
-def test_reproduce_leaves_tables_figures_and_claims(tmp_path: Path) -> None:
-    """The whole of it with runs of a second: nothing is claimed of what they do not reach."""
+def test_reproduce_writes_tables_figures_and_claims(tmp_path: Path) -> None:
+    """Runs of one second make the whole report, without claims on times that they do not reach."""
     arguments = ["reproduce", "--seeds", "2", "--duration-s", "1", "--out", "r", "--runs", "runs"]
     outcome = zenvoy(tmp_path, *arguments)
     assert (outcome.code, outcome.err) == (0, ""), outcome

@@ -1,4 +1,4 @@
-"""`zenvoy sweep`: what it runs, keeps and writes, and that it goes on where it stopped."""
+"""`zenvoy sweep` runs a study, writes its table, and goes on where it stopped."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_table_has_what_a_run_of_its_own_has(swept: Path, tmp_path: Path) -> None:
+def test_the_table_has_the_measures_of_single_runs(swept: Path, tmp_path: Path) -> None:
     table = pyarrow.parquet.read_table(swept / "out" / "table.parquet")
     assert table.column_names[:5] == [
         "cell",
@@ -98,7 +98,7 @@ def test_the_table_has_what_a_run_of_its_own_has(swept: Path, tmp_path: Path) ->
     assert np.array_equal([r["mean_speed_mps"] for r in of_row], alone.truth["speed"].mean(axis=1))
 
 
-def test_the_folder_says_what_was_run(swept: Path) -> None:
+def test_the_folder_describes_the_sweep(swept: Path) -> None:
     out = swept / "out"
     page = (out / "README.md").read_text()
     assert "`zenvoy sweep loss.yaml --out out`" in page
@@ -123,7 +123,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
-def test_what_is_there_is_not_run_again(swept: Path) -> None:
+def test_finished_runs_are_not_run_again(swept: Path) -> None:
     before = contents(swept / "out")
     outcome = zenvoy(swept, "sweep", "loss.yaml", "--out", "out")
     assert outcome.code == 0
@@ -189,7 +189,7 @@ def test_all_engines_give_the_same_table(on_arrays: Path, tmp_path: Path) -> Non
         assert (on_arrays / "out" / name).read_bytes() == alone, name
 
 
-def test_missing_seeds_of_a_cell_are_made_on_arrays(on_arrays: Path, tmp_path: Path) -> None:
+def test_missing_seeds_of_a_cell_are_run_on_arrays(on_arrays: Path, tmp_path: Path) -> None:
     (tmp_path / "loss.yaml").write_text(BATCH)
     for name, content in contents(on_arrays / "out").items():
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -202,7 +202,7 @@ def test_missing_seeds_of_a_cell_are_made_on_arrays(on_arrays: Path, tmp_path: P
     assert table == (on_arrays / "out" / "table.parquet").read_bytes()
 
 
-def test_a_measure_that_needs_a_log_makes_old_runs_again(on_arrays: Path, tmp_path: Path) -> None:
+def test_a_measure_that_needs_a_log_repeats_old_runs(on_arrays: Path, tmp_path: Path) -> None:
     (tmp_path / "loss.yaml").write_text(STUDY.replace("[1, 4]", "[1]"))
     for name, content in contents(on_arrays / "out").items():
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -213,10 +213,10 @@ def test_a_measure_that_needs_a_log_makes_old_runs_again(on_arrays: Path, tmp_pa
     assert all(row["frames.lost"] is not None for row in rows)
 
 
-def test_a_batch_that_fails_is_made_run_by_run(
+def test_a_batch_that_fails_is_repeated_run_by_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A process that makes seed 2 dies, as if for lack of memory, in a batch and alone."""
+    """A process that runs seed 2 dies, as if it lacked memory, in a batch and alone."""
     kept = running.keep_runs
 
     def dies(cells: Sequence[Cell], *arguments: Any) -> None:
@@ -225,7 +225,7 @@ def test_a_batch_that_fails_is_made_run_by_run(
         kept(cells, *arguments)
 
     monkeypatch.setattr("zenvoy.studies.sweeps.sweep.keep_runs", dies)
-    told: list[str] = []
+    reported: list[str] = []
     keys = {
         "scenario": "quickstart",
         "settings": {"fleet.size": 6},
@@ -233,13 +233,13 @@ def test_a_batch_that_fails_is_made_run_by_run(
         "seeds": 3,
         "duration_s": 1,
     }
-    done = run_sweep(keys, out=tmp_path / "o", jobs=1, on_line=told.append, command="c")
+    done = run_sweep(keys, out=tmp_path / "o", jobs=1, on_line=reported.append, command="c")
     assert [row.failure for row in done.results.rows] == [
         None,
         "its process was killed by SIGKILL",
         None,
     ]
-    assert told == [
+    assert reported == [
         "1 cell × 3 seeds: 3 runs, 3 to do",
         "1 of 3: channel.loss.p=0.5, seed 1",
         "2 of 3: channel.loss.p=0.5, seed 2 failed: its process was killed by SIGKILL",
@@ -247,7 +247,7 @@ def test_a_batch_that_fails_is_made_run_by_run(
     ]
 
 
-def test_a_run_that_fails_is_told_and_the_rest_goes_on(tmp_path: Path) -> None:
+def test_a_run_that_fails_is_reported_and_the_others_go_on(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "new", "law", "gap")
     assert outcome.code == 0, outcome
     law = (tmp_path / "gap.py").read_text()
@@ -288,7 +288,7 @@ measures: [smallest_gap_m]
         (STUDY.replace("steps: 2", "steps: 1000000000"), "4,000,000,000 runs; allowed: at most"),
     ],
 )
-def test_a_bad_study_ends_with_a_line_and_leaves_nothing(
+def test_a_bad_study_is_refused_in_one_line_and_leaves_no_files(
     tmp_path: Path, text: str, line: str
 ) -> None:
     (tmp_path / "study.yaml").write_text(text)
@@ -300,7 +300,7 @@ def test_a_bad_study_ends_with_a_line_and_leaves_nothing(
     assert not (tmp_path / "out").exists()
 
 
-def test_the_folder_of_another_study_is_left(swept: Path) -> None:
+def test_the_folder_of_another_study_is_not_touched(swept: Path) -> None:
     before = contents(swept / "out")
     (swept / "other.yaml").write_text(STUDY.replace("scenario: quickstart", "scenario: heavy-loss"))
     outcome = zenvoy(swept, "sweep", "other.yaml", "--out", "out")
@@ -312,7 +312,7 @@ def test_the_folder_of_another_study_is_left(swept: Path) -> None:
 
 
 def test_from_python_it_gives_the_same_table(swept: Path) -> None:
-    """In a process of its own, as the process of the tests may have threads."""
+    """The sweep has its own process, since the process of the tests may have threads."""
     script = """if True:
         from zenvoy.studies import sweep
         lines = []
@@ -330,7 +330,7 @@ def test_from_python_it_gives_the_same_table(swept: Path) -> None:
     assert done.stdout == f"{{0.0: 0.0, 0.9: {sum(lost) / 4}}}\n"
 
 
-def test_without_pandas_a_line_says_what_is_missing(
+def test_without_pandas_the_error_names_the_missing_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     find = importlib.util.find_spec
@@ -353,7 +353,7 @@ def _odd_ones_fail(number: int) -> None:
         raise ValueError(f"{number} is odd\nand that is not allowed")
 
 
-def test_a_task_that_fails_or_dies_is_alone() -> None:
+def test_a_task_that_fails_or_dies_affects_no_other() -> None:
     done = {one.task: one.failure for one in each_done(range(6), _odd_ones_fail, 2)}
     assert done == {
         0: None,

@@ -1,4 +1,4 @@
-"""Studies of the user's own: axes, plans, and the line that each bad study gets."""
+"""Studies of the user's own have axes and plans, and each bad study is refused in one line."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_range_of_whole_numbers_stays_whole() -> None:
     assert ranged(2, 10, 5).values_of("fleet.size") == [2, 4, 6, 8, 10]
     assert all(isinstance(value, int) for value in ranged(9, 0, 4).values_of("x"))
     assert ranged(0, 1, 3).values_of("x") == [0.0, 0.5, 1.0]
-    assert ranged(0.1, 0.7, 3).values_of("x") == [0.1, 0.4, 0.7]  # and no 0.39999999999999997
+    assert ranged(0.1, 0.7, 3).values_of("x") == [0.1, 0.4, 0.7]  # not 0.39999999999999997
 
 
 @given(seed=st.integers(0, 2**63 - 1), few=st.integers(1, 20), more=st.integers(0, 20))
@@ -113,7 +113,7 @@ AXES = st.lists(
 
 
 @given(axes=AXES)
-def test_points_are_all_combinations_and_random_axes_go_together(axes: list[Axis]) -> None:
+def test_points_are_all_combinations_with_random_axes_as_one(axes: list[Axis]) -> None:
     named = {f"a{number}": axis for number, axis in enumerate(axes)}
     points = list(points_of(named))
     assert len(points) == size_of(named)
@@ -140,7 +140,7 @@ def test_the_last_axis_varies_fastest(tmp_path: Path) -> None:
     assert plan.runs == 12
 
 
-def test_keys_are_those_of_the_cells(tmp_path: Path) -> None:
+def test_keys_equal_those_of_the_cells(tmp_path: Path) -> None:
     plan = plan_of(read_study(study(tmp_path, GOOD)))
     keys = [key for cell in plan.cells for key in cell.keys]
     assert len(set(keys)) == 12
@@ -161,7 +161,7 @@ def test_a_scenario_beside_the_study_is_found(
     assert [plan.cell(cell, 1).load().scenario.fleet.size for cell in plan.cells] == [6, 7]
 
 
-def test_a_mapping_is_a_study_too(tmp_path: Path) -> None:
+def test_a_mapping_may_be_a_study(tmp_path: Path) -> None:
     keys = {"scenario": "quickstart", "axes": {"channel.loss.p": [0, 0.5]}, "seeds": [3, 7]}
     plan = plan_of(read_study(keys))
     assert plan.seeds == (3, 7)
@@ -170,7 +170,7 @@ def test_a_mapping_is_a_study_too(tmp_path: Path) -> None:
     assert [cell.keys for cell in plan.cells] == [cell.keys for cell in same.cells]
 
 
-# Bad studies, and their lines.
+# Bad studies, and their messages.
 
 AXIS = "axes: {channel.loss.p: [0, 0.5]}\n"
 BAD = {
@@ -236,7 +236,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
-def test_a_bad_study_gets_a_line(
+def test_a_bad_study_is_refused_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -249,7 +249,7 @@ def test_a_bad_study_gets_a_line(
         assert len(lines) == 1, lines
 
 
-def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
+def test_all_problems_are_reported_at_once(tmp_path: Path) -> None:
     text = "scenario: 3\naxes: {channel.loss.p: 3}\nseeds: -1\nmeasures: 7\nserie: []\n"
     with pytest.raises(ScenarioError) as refused:
         read_study(study(tmp_path, text))
@@ -272,7 +272,7 @@ def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
     ),
     key=st.sampled_from(["scenario", "settings", "axes", "seeds", "measures", "series", "engine"]),
 )
-def test_whatever_a_key_holds_is_read_or_refused_in_words(junk: Any, key: str) -> None:
+def test_any_value_of_a_key_is_read_or_refused_with_a_message(junk: Any, key: str) -> None:
     keys: dict[str, Any] = {"scenario": "quickstart", "axes": {"channel.loss.p": [0, 0.5]}}
     keys[key] = junk if key != "axes" else {"channel.loss.p": junk}
     problems: tuple[object, ...] = ()
@@ -286,7 +286,7 @@ def test_whatever_a_key_holds_is_read_or_refused_in_words(junk: Any, key: str) -
 # The folder.
 
 
-def test_a_folder_with_anything_else_is_refused_and_left(tmp_path: Path) -> None:
+def test_a_folder_with_other_files_is_refused_and_not_touched(tmp_path: Path) -> None:
     checked = read_study(study(tmp_path, GOOD))
     folder = tmp_path / "out"
     folder.mkdir()
@@ -298,7 +298,7 @@ def test_a_folder_with_anything_else_is_refused_and_left(tmp_path: Path) -> None
         open_store(folder / "precious.txt", checked)
 
 
-def test_a_folder_of_another_study_is_refused_and_left(tmp_path: Path) -> None:
+def test_a_folder_of_another_study_is_refused_and_not_touched(tmp_path: Path) -> None:
     open_store(tmp_path / "out", read_study(study(tmp_path, GOOD)))
     before = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
     other = GOOD.replace("control.gains.k_v", "control.gains.k_d").replace("duration_s: 2", "")
@@ -308,7 +308,7 @@ def test_a_folder_of_another_study_is_refused_and_left(tmp_path: Path) -> None:
     assert after == before
 
 
-def test_a_study_that_has_grown_is_the_same(tmp_path: Path) -> None:
+def test_a_study_may_grow(tmp_path: Path) -> None:
     open_store(tmp_path / "out", read_study(study(tmp_path, GOOD)))
     grown = GOOD.replace("seeds: 2", "seeds: 9").replace("[0, 0.5]", "[0, 0.5, 0.7]")
     open_store(tmp_path / "out", read_study(study(tmp_path, grown)))

@@ -1,4 +1,4 @@
-"""docs/sweeps.md: its study, its command and its Python run as they stand."""
+"""The study, the command and the Python code of docs/sweeps.md run as they are."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def block(language: str) -> str:
     return found[1]
 
 
-def test_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
+def test_the_page_leads_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
     (tmp_path / "gains.yaml").write_text(block("yaml"))
     program, *arguments = shlex.split(block("sh"))
     assert program == "zenvoy"
@@ -56,7 +56,7 @@ def test_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
     assert sum(gaps[0.9]) > sum(gaps[0.3])  # as the page says
 
 
-def test_the_line_of_a_bad_study(tmp_path: Path) -> None:
+def test_the_page_has_the_message_of_a_bad_study(tmp_path: Path) -> None:
     lines = block("console").splitlines()
     assert lines[0] == "$ zenvoy sweep bad.yaml"
     axis = "channel.loss.p: {from: 0, to: 1, steps: 1000000000}"

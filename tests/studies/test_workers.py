@@ -1,4 +1,4 @@
-"""Processes that work for a study: a request to end is not lost while one is forked."""
+"""A request to end is not lost while a worker process of a study is forked."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _end_itself(_task: int) -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def test_a_worker_takes_signals_again() -> None:
-    """Requests are blocked while it is forked."""
+def test_a_worker_unblocks_signals() -> None:
+    """Signals are blocked while it is forked."""
     (done,) = each_done([0], _end_itself, 1)
     assert done.failure == "its process was killed by SIGTERM"
