@@ -1,4 +1,4 @@
-"""`zenvoy channel`: what it draws is what a run of the scenario would meet."""
+"""`zenvoy channel` draws the frames that a run of the scenario would have."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ channel:
 NAMES = ("source", "destination", "sequence", "sent_ns", "arrived_ns", "outcome")
 
 
-def test_frames_are_those_of_a_run(tmp_path: Path) -> None:
-    """Nothing in this channel depends on where the vehicles are."""
+def test_frames_equal_those_of_a_run(tmp_path: Path) -> None:
+    """Nothing in this channel depends on the positions of the vehicles."""
     logged = load_log(write_log(tmp_path / "run.mcap", SCENARIO)).frames
     tables = list(rehearse(load(tmp_path / "run.yaml").scenario))
     for name in NAMES:
@@ -44,7 +44,7 @@ def test_frames_are_those_of_a_run(tmp_path: Path) -> None:
     assert not (logged["source"] == 4).any()
 
 
-def test_leaves_tables_pictures_and_a_page(tmp_path: Path) -> None:
+def test_the_command_writes_tables_pictures_and_a_page(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(SCENARIO)
     outcome = zenvoy(tmp_path, "channel", "s.yaml", "--duration-s", "4", "--out", "out")
     assert outcome.code == 0, outcome.err
@@ -55,13 +55,13 @@ def test_leaves_tables_pictures_and_a_page(tmp_path: Path) -> None:
     assert {"channel.html", "v2v-delivery.csv", "v2v-distance.csv"} <= left
     with (tmp_path / "out" / "v2v-delivery.csv").open(newline="") as file:
         header, row = list(csv.reader(file))
-    told = dict(zip(header, row, strict=True))
-    assert int(told["sent"]) == 5 * 5 * 40  # five that beacon, to five others each
-    assert int(told["damaged"]) > 0
-    assert int(told["second copies"]) > 0
+    counts = dict(zip(header, row, strict=True))
+    assert int(counts["sent"]) == 5 * 5 * 40  # from five that send beacons, to five others each
+    assert int(counts["damaged"]) > 0
+    assert int(counts["second copies"]) > 0
 
 
-def test_refuses_what_run_refuses(tmp_path: Path) -> None:
+def test_the_command_refuses_what_run_refuses(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "channel", "quickstart", "--set", "channel.loss.p=2")
     assert outcome.code == 2
     assert "channel.loss.p: 2 is not in [0, 1]" in outcome.err

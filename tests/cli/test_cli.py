@@ -1,4 +1,4 @@
-"""The `zenvoy` command: what it prints, what it refuses, what it leaves alone."""
+"""The `zenvoy` command prints its results, refuses wrong input, and overwrites nothing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHORT = "{duration_s: 1, fleet: {size: 3}}"
 
 
 def assert_refused(outcome: Outcome, *texts: str) -> None:
-    """One clear line per text on stderr, nothing else there or on stdout, exit code 2."""
+    """Check that there is one line per text on stderr, no other output, and exit code 2."""
     assert outcome.code == 2
     assert outcome.out == ""
     lines = outcome.err.splitlines()
@@ -41,14 +41,14 @@ def assert_refused(outcome: Outcome, *texts: str) -> None:
 
 
 def rows(text: str) -> dict[str, list[str]]:
-    """Rows of printed tables by their first cell."""
+    """Return the rows of printed tables by their first cell."""
     cells = [line.strip("│┃").replace("┃", "│").split("│") for line in text.splitlines()]
     return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in cells if len(row) > 1}
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
-    """A run in-process with options that replace values, and its folder."""
+    """Return the folder and the outcome of an in-process run with options that replace values."""
     folder = tmp_path_factory.mktemp("done")
     (folder / "s.yaml").write_text(SHORT)
     options = ["--seed", "7", "--duration-s", "2", "--set", "fleet.size=4", "--set", "seed=6"]
@@ -56,7 +56,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
     return folder, outcome
 
 
-def test_a_run_leaves_its_log_its_summary_and_its_scenario(done: tuple[Path, Outcome]) -> None:
+def test_a_run_writes_its_log_its_summary_and_its_scenario(done: tuple[Path, Outcome]) -> None:
     folder, outcome = done
     assert (outcome.code, outcome.err) == (0, "")
     left = {path.name for path in (folder / "a" / "b").iterdir()}
@@ -67,7 +67,7 @@ def test_a_run_leaves_its_log_its_summary_and_its_scenario(done: tuple[Path, Out
     assert (summary["seed"], summary["cycles"], summary["bus"]) == (7, 20, "in-process")
 
 
-def test_a_run_says_how_it_went_and_where_it_is(done: tuple[Path, Outcome]) -> None:
+def test_a_run_prints_its_summary_and_its_folder(done: tuple[Path, Outcome]) -> None:
     folder, outcome = done
     log = read_log(folder / "a" / "b" / "run.mcap")
     printed = rows(outcome.out)
@@ -77,7 +77,7 @@ def test_a_run_says_how_it_went_and_where_it_is(done: tuple[Path, Outcome]) -> N
     assert outcome.out.splitlines()[-1] == "written to a/b"
 
 
-def test_info_tells_what_the_log_says(done: tuple[Path, Outcome]) -> None:
+def test_info_prints_the_metadata_of_the_log(done: tuple[Path, Outcome]) -> None:
     folder, _ = done
     outcome = zenvoy(folder, "info", "a/b/run.mcap")
     log = read_log(folder / "a" / "b" / "run.mcap")
@@ -90,7 +90,7 @@ def test_info_tells_what_the_log_says(done: tuple[Path, Outcome]) -> None:
     assert counts == {topic: [str(len(log.of(topic)))] for topic in TOPICS}
 
 
-def test_a_folder_that_holds_something_is_refused_and_left_alone(tmp_path: Path) -> None:
+def test_a_folder_that_is_not_empty_is_refused_and_not_touched(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "run.mcap").write_text("precious")
     refused = zenvoy(tmp_path, "run", "quickstart", "--out", "out", "--bus", "in-process")
@@ -99,7 +99,7 @@ def test_a_folder_that_holds_something_is_refused_and_left_alone(tmp_path: Path)
     assert (tmp_path / "out" / "run.mcap").read_text() == "precious"
 
 
-def test_a_file_in_place_of_a_folder_is_refused_and_left_alone(tmp_path: Path) -> None:
+def test_a_file_in_place_of_a_folder_is_refused_and_not_touched(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("precious")
     assert_refused(zenvoy(tmp_path, "run", "quickstart", "--out", "out"), "--out out: ")
     assert (tmp_path / "out").read_text() == "precious"
@@ -112,7 +112,7 @@ def test_an_unknown_scenario_is_refused_with_a_suggestion(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("of", ["run", "check", "show"])
-def test_all_that_is_wrong_is_said_at_once(tmp_path: Path, of: str) -> None:
+def test_all_mistakes_are_printed_at_once(tmp_path: Path, of: str) -> None:
     (tmp_path / "bad.yaml").write_text("fleet: {size: 1}\nchanel: {}\n")
     refused = zenvoy(tmp_path, of, "bad.yaml", "--set", "channel.loss.p=2")
     assert_refused(
@@ -124,7 +124,7 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path: Path, of: str) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {"bad.yaml", "stdout.txt", "stderr.txt"}
 
 
-def test_what_is_shown_is_a_scenario_that_is_shown_alike(tmp_path: Path) -> None:
+def test_the_output_of_show_is_shown_the_same(tmp_path: Path) -> None:
     options = ["--set", "channel.loss.p=0.25", "--seed", "9", "--duration-s", "3.5"]
     shown = zenvoy(tmp_path, "show", "paper/case-15", *options)
     assert (shown.code, shown.err) == (0, "")
@@ -134,12 +134,12 @@ def test_what_is_shown_is_a_scenario_that_is_shown_alike(tmp_path: Path) -> None
     assert zenvoy(tmp_path, "show", "shown.yaml") == shown
 
 
-def test_check_says_that_a_scenario_is_valid(tmp_path: Path) -> None:
+def test_check_prints_that_a_scenario_is_valid(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "check", "quickstart", "--set", "fleet.size=12")
     assert outcome == Outcome(0, "quickstart: valid; 12 vehicles, 60 s\nruns on arrays\n", "")
 
 
-def test_scenarios_are_listed_with_what_they_are(tmp_path: Path) -> None:
+def test_scenarios_are_listed_with_descriptions(tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "scenarios")
     assert (outcome.code, outcome.err) == (0, "")
     listed = dict(line.split(maxsplit=1) for line in outcome.out.splitlines())
@@ -161,7 +161,7 @@ def test_technologies_are_printed_beside_those_of_the_package(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("columns", ["200", "80"])
-def test_technologies_are_those_of_table_1(tmp_path: Path, columns: str) -> None:
+def test_technologies_have_the_values_of_table_1(tmp_path: Path, columns: str) -> None:
     outcome = zenvoy(tmp_path, "technologies", env={"COLUMNS": columns})
     assert (outcome.code, outcome.err) == (0, "")
     for name in ("ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"):
@@ -183,7 +183,7 @@ def test_technologies_are_those_of_table_1(tmp_path: Path, columns: str) -> None
     assert {label: printed[label] for label in expected} == expected
 
 
-def test_info_of_what_is_no_log_is_refused(tmp_path: Path) -> None:
+def test_info_of_a_file_that_is_no_log_is_refused(tmp_path: Path) -> None:
     assert_refused(zenvoy(tmp_path, "info", "missing.mcap"), "missing.mcap: ")
     (tmp_path / "folder.mcap").mkdir()
     assert_refused(zenvoy(tmp_path, "info", "folder.mcap"), "folder.mcap: ")
@@ -194,7 +194,7 @@ def test_info_of_what_is_no_log_is_refused(tmp_path: Path) -> None:
     ["", "hi\n", "a text of more than a few bytes, and of more than one line\n" * 20],
     ids=["empty", "short", "long"],
 )
-def test_info_of_a_text_is_refused_in_words(tmp_path: Path, content: str) -> None:
+def test_info_of_a_text_file_is_refused_with_a_message(tmp_path: Path, content: str) -> None:
     (tmp_path / "text.mcap").write_text(content)
     refused = zenvoy(tmp_path, "info", "text.mcap")
     assert_refused(refused, "text.mcap: ")
@@ -214,7 +214,7 @@ def test_info_of_another_log_is_refused(tmp_path: Path) -> None:
 
 @pytest.fixture
 def cut(done: tuple[Path, Outcome], tmp_path: Path) -> Callable[[float], Path]:
-    """Copies a part of the log of the run as cut.mcap."""
+    """Return a function that copies a part of the log of the run to cut.mcap."""
     whole = (done[0] / "a" / "b" / "run.mcap").read_bytes()
 
     def copy(part: float) -> Path:
@@ -225,9 +225,7 @@ def cut(done: tuple[Path, Outcome], tmp_path: Path) -> Callable[[float], Path]:
 
 
 @pytest.mark.parametrize("of", ["info", "analyze"])
-def test_a_log_cut_before_it_says_what_it_is_is_refused(
-    cut: Callable[[float], Path], of: str
-) -> None:
+def test_a_log_cut_before_its_metadata_is_refused(cut: Callable[[float], Path], of: str) -> None:
     assert_refused(zenvoy(cut(0.01), of, "cut.mcap"), "cut.mcap: cut before the scenario")
 
 
@@ -235,15 +233,17 @@ def test_a_log_cut_before_it_says_what_it_is_is_refused(
 def test_info_of_a_cut_log_reads_up_to_the_cut(cut: Callable[[float], Path], part: float) -> None:
     outcome = zenvoy(cut(part), "info", "cut.mcap")
     assert outcome.code == 0
-    said = re.fullmatch(r"cut\.mcap: the log is cut: read up to ([\d.]+) s of 2 s\n", outcome.err)
-    assert said is not None, outcome.err
+    matched = re.fullmatch(
+        r"cut\.mcap: the log is cut: read up to ([\d.]+) s of 2 s\n", outcome.err
+    )
+    assert matched is not None, outcome.err
     printed = rows(outcome.out)
     assert printed["seed"] == ["7"]
     read = read_log(cut(part) / "cut.mcap")
     assert {topic: printed[topic] for topic in TOPICS} == {
         topic: [str(len(read.of(topic)))] for topic in TOPICS
     }
-    assert float(said[1]) == pytest.approx(0.1 * max(0, len(read.of("/fleet/truth")) - 1))
+    assert float(matched[1]) == pytest.approx(0.1 * max(0, len(read.of("/fleet/truth")) - 1))
 
 
 def test_analyze_of_a_cut_log_reads_up_to_the_cut(
@@ -276,7 +276,7 @@ def test_progress_is_a_bar_on_a_terminal(tmp_path: Path, bus: str) -> None:
         os.close(master)
 
 
-def test_progress_is_plain_lines_elsewhere(tmp_path: Path) -> None:
+def test_progress_is_plain_lines_without_a_terminal(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(ENDLESS)
     with command(tmp_path, "run", "s.yaml", "--out", "o") as started:
         wait_until(lambda: "\n" in started.out, "a line of progress is printed")
@@ -295,8 +295,8 @@ def test_an_interrupted_run_in_process_keeps_its_log(
     assert_keeps_its_log(tmp_path, number, "s.yaml", "--bus", "in-process")
 
 
-def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
-    """A full disk, or rather the limit that a shell can set on the size of files."""
+def test_a_full_disk_is_reported_in_one_line(tmp_path: Path) -> None:
+    """The test stands in for a full disk with a limit on the size of files."""
     (tmp_path / "s.yaml").write_text(ENDLESS)
     options = ["--out", "o", "--bus", "in-process"]
     limit = (resource.RLIMIT_FSIZE, 2_000_000)
@@ -304,14 +304,14 @@ def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
     assert outcome.code == 1
     first, second = outcome.err.splitlines()
     assert first == "the run cannot go on: File too large (ulimit -f)"
-    said = re.fullmatch(r"the log is cut: read up to ([\d.]+) s of 100000 s", second)
-    assert said is not None, second
+    matched = re.fullmatch(r"the log is cut: read up to ([\d.]+) s of 100000 s", second)
+    assert matched is not None, second
     summary = json.loads((tmp_path / "o" / "summary.json").read_text())
-    assert summary["cycles"] == round(float(said[1]) * 10) > 10
+    assert summary["cycles"] == round(float(matched[1]) * 10) > 10
     assert (summary["end"], summary["fingerprint"]) == (None, None)
 
 
-def test_a_disk_that_was_full_at_once_leaves_no_cycle(tmp_path: Path) -> None:
+def test_a_disk_that_is_full_at_once_leaves_no_cycle(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(ENDLESS)
     options = ["--out", "o", "--bus", "in-process"]
     outcome = zenvoy(tmp_path, "run", "s.yaml", *options, limit=(resource.RLIMIT_FSIZE, 10_000))

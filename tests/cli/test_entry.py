@@ -1,4 +1,4 @@
-"""The start of the command: requests to end before it is ready, and locales that know no UTF-8."""
+"""The command ends on request while it starts, and works in locales without UTF-8."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LATIN: Final = {"PYTHONIOENCODING": "latin-1"}
 
 
 def handled(started: Command, kind: str) -> set[int]:
-    """Signals that the command catches ("SigCgt") or ignores ("SigIgn"), from the kernel."""
+    """Return the signals that the command catches ("SigCgt") or ignores ("SigIgn")."""
     status = Path(f"/proc/{started.pid}/status").read_text(encoding="ascii")
     found = re.search(rf"{kind}:\s+([0-9a-f]+)", status)
     mask = int(found[1], 16) if found else 0
@@ -32,7 +32,7 @@ def handled(started: Command, kind: str) -> set[int]:
 
 
 def maps(started: Command) -> str:
-    """Files that the command has mapped: the libraries it has imported so far."""
+    """Return the files that the command has mapped: the libraries that it has imported so far."""
     return Path(f"/proc/{started.pid}/maps").read_text(encoding="utf-8")
 
 
@@ -41,7 +41,7 @@ def maps(started: Command) -> str:
 def test_a_request_during_imports_ends_the_command_in_silence(
     tmp_path: Path, number: signal.Signals, imported: str
 ) -> None:
-    write_log(tmp_path / "run.mcap", SHORT)  # to be analysed for a while, should this test be slow
+    write_log(tmp_path / "run.mcap", SHORT)  # its analysis takes long enough for a slow test
     with command(tmp_path, "analyze", "run.mcap") as started:
         wait_until(lambda: signal.SIGTERM in handled(started, "SigCgt"), "it has begun")
         wait_until(lambda: imported in maps(started), f"{imported} is imported")
@@ -49,7 +49,7 @@ def test_a_request_during_imports_ends_the_command_in_silence(
         assert started.wait() == Outcome(130, "", "")
 
 
-def test_nohup_is_heeded(tmp_path: Path) -> None:
+def test_nohup_is_respected(tmp_path: Path) -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with command(tmp_path, "check", "quickstart") as started:
@@ -68,7 +68,7 @@ def test_nohup_is_heeded(tmp_path: Path) -> None:
 
 
 def all_of(cwd: Path, env: dict[str, str], *lines: Sequence[str]) -> list[tuple[int, bytes, bytes]]:
-    """Exit codes, outputs and errors of commands that run beside each other."""
+    """Return exit codes, outputs and errors of commands that run at the same time."""
     started = [
         subprocess.Popen(
             [sys.executable, "-m", "zenvoy.cli", *line],
@@ -80,12 +80,12 @@ def all_of(cwd: Path, env: dict[str, str], *lines: Sequence[str]) -> list[tuple[
         )
         for line in lines
     ]
-    told = [process.communicate(timeout=3 * LIMIT_S) for process in started]
-    return [(p.returncode, *of) for p, of in zip(started, told, strict=True)]
+    results = [process.communicate(timeout=3 * LIMIT_S) for process in started]
+    return [(p.returncode, *of) for p, of in zip(started, results, strict=True)]
 
 
 @pytest.mark.parametrize(("env", "encoding"), [(C, "ascii"), (LATIN, "latin-1")])
-def test_a_terminal_is_told_what_it_can_show(
+def test_output_has_only_characters_that_the_terminal_can_show(
     tmp_path: Path, env: dict[str, str], encoding: str
 ) -> None:
     (tmp_path / "süd-模.yaml").write_text(SHORT, encoding="utf-8")
@@ -97,16 +97,16 @@ def test_a_terminal_is_told_what_it_can_show(
     assert (technologies[0], technologies[2]) == (0, b"")
     assert b">= 640 MHz" in technologies[1]
     again = tmp_path / "again.yaml"
-    again.write_bytes(show[1])  # nothing is lost: it is a scenario that is shown alike
+    again.write_bytes(show[1])  # nothing is lost: the scenario is shown the same again
     [(_, whole, _)] = all_of(tmp_path, {"PYTHONIOENCODING": "utf-8"}, ["show", "again.yaml"])
     assert 'description: "Größe ≥ 模"' in whole.decode()
 
 
-def test_all_files_are_there_where_the_locale_knows_ascii_alone(tmp_path: Path) -> None:
+def test_all_files_are_written_in_an_ascii_locale(tmp_path: Path) -> None:
     for name in ("süd-模", "nord"):
         write_log(tmp_path / f"{name}.mcap", SHORT)  # and its scenario, as YAML
     labels = ["--label", "模", "--label", "ü"]
-    told = all_of(
+    results = all_of(
         tmp_path,
         C,
         ["run", "süd-模.yaml", "--out", "läuft", "--bus", "in-process"],
@@ -116,8 +116,8 @@ def test_all_files_are_there_where_the_locale_knows_ascii_alone(tmp_path: Path) 
         ["export", "süd-模.mcap", "--to", "csv", "--out", "tafeln"],
         ["channel", "süd-模.yaml", "--out", "kanal"],
     )
-    assert [(code, err) for code, _, err in told] == [(0, b"")] * len(told)
-    assert all(out.isascii() for _, out, _ in told)
+    assert [(code, err) for code, _, err in results] == [(0, b"")] * len(results)
+    assert all(out.isascii() for _, out, _ in results)
     for path in ("läuft/summary.json", "süd-模-analysis/report.html", "beide/compare.html"):
         assert "模" in (tmp_path / path).read_text(encoding="utf-8")
     assert (tmp_path / "kanal" / "channel.html").exists()
@@ -125,7 +125,7 @@ def test_all_files_are_there_where_the_locale_knows_ascii_alone(tmp_path: Path) 
 
 
 def texts_without_encoding(source: str) -> Iterator[str]:
-    """Calls that open a file as text and leave the encoding to the locale."""
+    """Yield the calls that open a file as text and leave the encoding to the locale."""
     for node in ast.walk(ast.parse(source)):
         if not isinstance(node, ast.Call):
             continue

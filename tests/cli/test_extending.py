@@ -1,4 +1,4 @@
-"""docs/extending.md as it stands: its files are written, and its commands run."""
+"""The files and commands of docs/extending.md work as they are on the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAGE: Final = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
 def blocks() -> list[tuple[str, str, str]]:
-    """Language, name of the file ("" for commands) and text of each block of the page."""
+    """Return language, file name ("" for commands) and text of each block of the page."""
     text = PAGE.read_text("utf-8")
     return [
         (language, name, body)
@@ -22,7 +22,7 @@ def blocks() -> list[tuple[str, str, str]]:
     ]
 
 
-def test_the_page_goes_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> None:
+def test_the_page_leads_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> None:
     commands = []
     for language, name, body in blocks():
         if language == "sh":

@@ -1,4 +1,4 @@
-"""Output that cannot be written or shown: the work is done all the same, and a line says so."""
+"""If output cannot be written or shown, the work is still done, and one line reports it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CLOSED: Final = "cannot write to standard output: Bad file descriptor\n"
 
 
 def shell(cwd: Path, line: str, **env: str) -> tuple[int, str, bytes]:
-    """Exit code of a command line of bash, its standard error, and its output."""
+    """Return the exit code, the standard error and the output of a bash command line."""
     done = subprocess.run(
         ["bash", "-c", line.replace("zenvoy ", f"{ZENVOY} ")],
         cwd=cwd,
@@ -37,7 +37,7 @@ def shell(cwd: Path, line: str, **env: str) -> tuple[int, str, bytes]:
 
 
 @pytest.mark.parametrize(
-    ("line", "code", "said"),
+    ("line", "code", "message"),
     [
         ("zenvoy show quickstart > /dev/full", 1, FULL),
         ("zenvoy technologies >&-", 1, CLOSED),
@@ -48,14 +48,14 @@ def shell(cwd: Path, line: str, **env: str) -> tuple[int, str, bytes]:
         ("zenvoy check missing 2>&-", 2, ""),
     ],
 )
-def test_output_that_cannot_be_written_is_told_in_a_line(
-    tmp_path: Path, line: str, code: int, said: str
+def test_a_failed_write_of_output_is_reported_in_one_line(
+    tmp_path: Path, line: str, code: int, message: str
 ) -> None:
-    assert shell(tmp_path, line)[:2] == (code, said)
+    assert shell(tmp_path, line)[:2] == (code, message)
 
 
 @pytest.mark.parametrize(
-    ("end", "code", "said"),
+    ("end", "code", "message"),
     [
         ("<&- >&- 2>&-", 1, ""),
         ("> /dev/full", 1, FULL),
@@ -63,11 +63,11 @@ def test_output_that_cannot_be_written_is_told_in_a_line(
         ("| head -c 1; exit ${PIPESTATUS[0]}", 0, ""),
     ],
 )
-def test_a_run_without_its_streams_leaves_all_its_files(
-    tmp_path: Path, end: str, code: int, said: str
+def test_a_run_without_standard_streams_writes_all_its_files(
+    tmp_path: Path, end: str, code: int, message: str
 ) -> None:
     (tmp_path / "s.yaml").write_text(SHORT)
-    assert shell(tmp_path, f"zenvoy run s.yaml --out o {end}")[:2] == (code, said)
+    assert shell(tmp_path, f"zenvoy run s.yaml --out o {end}")[:2] == (code, message)
     left = {path.name for path in (tmp_path / "o").iterdir()}
     assert left == {"run.mcap", "summary.json", "effective.json", "logs"}
     logs = {path.name: path.read_text() for path in (tmp_path / "o" / "logs").iterdir()}
@@ -75,36 +75,36 @@ def test_a_run_without_its_streams_leaves_all_its_files(
     assert set(logs.values()) == {""}
 
 
-def test_files_are_written_before_anything_is_told(tmp_path: Path) -> None:
+def test_files_are_written_before_output(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(SHORT)
     read_one_line = "(read -r; ls o/channel.html)"
     line = f"set -o pipefail; zenvoy channel s.yaml --out o | {read_one_line}"
     assert shell(tmp_path, line) == (0, "", b"o/channel.html\n")
 
 
-def test_a_terminal_without_width_is_told_all_the_same(tmp_path: Path) -> None:
-    code, said, told = shell(tmp_path, "zenvoy technologies", COLUMNS="0")
-    assert (code, said) == (0, "")
-    assert b"640 MHz" in b" ".join(told.split())
+def test_a_terminal_without_width_still_gets_output(tmp_path: Path) -> None:
+    code, err, out = shell(tmp_path, "zenvoy technologies", COLUMNS="0")
+    assert (code, err) == (0, "")
+    assert b"640 MHz" in b" ".join(out.split())
 
 
 @pytest.fixture
 def streams() -> Iterator[None]:
-    """Those of Python again, after a test that has put others in their place."""
+    """Restore the streams of Python after a test that replaces them."""
     before = sys.stdout, sys.stderr
     yield
     sys.stdout, sys.stderr = before
 
 
 def text_to(number: int) -> io.TextIOWrapper:
-    """A text stream over an outlet."""
+    """Return a text stream over an outlet."""
     return io.TextIOWrapper(io.BufferedWriter(Outlet(number)), encoding="utf-8")
 
 
 @pytest.mark.usefixtures("streams")
 @pytest.mark.parametrize("name", ["stdout", "stderr"])
 @pytest.mark.parametrize(("code", "expected"), [(0, 1), (3, 3)])
-def test_a_failed_write_ends_what_went_well_with_1(name: str, code: int, expected: int) -> None:
+def test_a_failed_write_turns_exit_code_0_into_1(name: str, code: int, expected: int) -> None:
     with Path("/dev/full").open("wb", buffering=0) as full, Path("/dev/null").open("wb") as null:
         sys.stdout = text_to((full if name == "stdout" else null).fileno())
         sys.stderr = text_to((full if name == "stderr" else null).fileno())
@@ -114,7 +114,7 @@ def test_a_failed_write_ends_what_went_well_with_1(name: str, code: int, expecte
 
 
 @pytest.mark.usefixtures("streams")
-def test_a_reader_that_has_had_enough_is_no_failure() -> None:
+def test_a_reader_that_closes_the_pipe_is_no_failure() -> None:
     reader, writer = os.pipe()
     os.close(reader)
     sys.stdout = text_to(writer)
@@ -124,7 +124,7 @@ def test_a_reader_that_has_had_enough_is_no_failure() -> None:
     os.close(writer)
 
 
-def test_all_is_written_where_the_pipe_does_not_block() -> None:
+def test_all_output_is_written_to_a_non_blocking_pipe() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     text, got = "0123456789" * 100_000, bytearray()
@@ -145,7 +145,9 @@ def test_all_is_written_where_the_pipe_does_not_block() -> None:
 
 
 @pytest.mark.usefixtures("streams")
-def test_what_an_encoding_has_not_is_told_in_ascii(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_characters_that_an_encoding_lacks_are_written_in_ascii(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding="latin-1"))
     install()
     assert isinstance(sys.stdout, io.TextIOWrapper)

@@ -1,4 +1,4 @@
-"""`zenvoy trace`: what a scenario would read of a file, in numbers, in a picture and as YAML."""
+"""`zenvoy trace` shows what a scenario would read from a file: numbers, a picture, and YAML."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from zenvoy.scenarios import load
 
 
 def figures(path: Path) -> dict[tuple[str, str], float]:
-    """By figure and unit."""
+    """Return the values of a table by figure and unit."""
     _, *rows = csv.reader(path.read_text().splitlines())
     return {(figure, unit): float(value) for figure, unit, value in rows}
 
 
-def test_a_trace_beside_the_limits(tmp_path: Path) -> None:
+def test_a_trace_is_compared_with_the_limits(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time_s,speed_kmh\n0,0\n1,0\n2,18\n4,18\n5,0\n")
     outcome = zenvoy(tmp_path, "trace", "a.csv", "--out", "out")
     assert (outcome.code, outcome.err) == (0, "")
@@ -40,7 +40,7 @@ def test_a_trace_beside_the_limits(tmp_path: Path) -> None:
     }
 
 
-def test_what_it_says_of_a_scenario_reads_the_same(tmp_path: Path) -> None:
+def test_the_printed_scenario_reads_the_same_trace(tmp_path: Path) -> None:
     (tmp_path / "oa.csv").write_text(recordings.OPENACC)
     options = ("--column", "Speed2", "--unit", "m/s", "--time", "from-first")
     outcome = zenvoy(tmp_path, "trace", "oa.csv", *options, "--where", "N1=68.75", "--out", "out")
@@ -48,9 +48,9 @@ def test_what_it_says_of_a_scenario_reads_the_same(tmp_path: Path) -> None:
     assert outcome.err == "a list of 1 is not a list of 2 to 60000 points  (oa.csv)\n"
     outcome = zenvoy(tmp_path, "trace", "oa.csv", *options, "--out", "out")
     assert outcome.code == 0
-    said = outcome.out[outcome.out.index("events:") : outcome.out.index("\nout/")]
-    assert YAML(typ="safe").load(said)["events"][0]["column"] == "Speed2"
-    (tmp_path / "s.yaml").write_text(said.replace("oa.csv", str(tmp_path / "oa.csv")))
+    printed = outcome.out[outcome.out.index("events:") : outcome.out.index("\nout/")]
+    assert YAML(typ="safe").load(printed)["events"][0]["column"] == "Speed2"
+    (tmp_path / "s.yaml").write_text(printed.replace("oa.csv", str(tmp_path / "oa.csv")))
     (trace,) = load(tmp_path / "s.yaml").scenario.profiles
     assert (trace.start_ns, trace.end_ns) == (0, 200_000_000)
     read = dict(csv.reader((tmp_path / "out" / "trace-reading.csv").read_text().splitlines()))
@@ -60,7 +60,7 @@ def test_what_it_says_of_a_scenario_reads_the_same(tmp_path: Path) -> None:
     assert read["first time, as written"] == "780.1"
 
 
-def test_a_clock_of_1970_is_told_of(tmp_path: Path) -> None:
+def test_a_clock_of_1970_is_reported(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time_s,speed_mps\n43200,3\n43201,4\n")
     outcome = zenvoy(tmp_path, "trace", "a.csv", "--out", "out")
     assert outcome.code == 0
@@ -95,7 +95,9 @@ def test_a_clock_of_1970_is_told_of(tmp_path: Path) -> None:
         (["below.csv"], "-2.0 is not in [0, 1e9]  (below.csv, line 3)"),
     ],
 )
-def test_what_cannot_be_shown(tmp_path: Path, arguments: list[str], err: str) -> None:
+def test_files_that_cannot_be_shown_are_refused(
+    tmp_path: Path, arguments: list[str], err: str
+) -> None:
     (tmp_path / "oa.csv").write_text(recordings.OPENACC)
     (tmp_path / "back.csv").write_text("time_s,speed_mps\n1,1\n1,2\n")
     (tmp_path / "below.csv").write_text("time_s,speed_mps\n1,1\n2,-2\n")

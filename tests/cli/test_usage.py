@@ -1,4 +1,4 @@
-"""The command line: version, help, completion, and one clear line for what is wrong with it."""
+"""The command line has version, help and completion, and one clear line for wrong usage."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ COMMANDS: Final[dict[str, Any]] = dict(GROUP.commands)
 
 
 def options() -> Iterator[tuple[str, str]]:
-    """Every option of every command that takes one value."""
+    """Yield every option of every command that takes one value."""
     for name, command in COMMANDS.items():
         for option in command.params:
             if option.param_type_name == "option" and not option.multiple and not option.is_flag:
                 yield from ((name, opt) for opt in option.opts)
 
 
-def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> Outcome:
-    """What the command line says in this process."""
+def run_here(capsys: pytest.CaptureFixture[str], *arguments: str) -> Outcome:
+    """Run a command line in this process, and return its outcome."""
     code = outcome(app, arguments)
     return Outcome(code, *capsys.readouterr())
 
 
-def test_the_version_is_that_of_the_package(tmp_path: Path) -> None:
+def test_the_version_equals_that_of_the_package(tmp_path: Path) -> None:
     assert zenvoy(tmp_path, "--version") == Outcome(0, f"zenvoy {version('zenvoy')}\n", "")
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_help_is_asked_for_in_two_ways(capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_help_has_two_options(capsys: pytest.CaptureFixture[str], command: str) -> None:
     path = [command] if command else []
-    short, long = told(capsys, *path, "-h"), told(capsys, *path, "--help")
+    short, long = run_here(capsys, *path, "-h"), run_here(capsys, *path, "--help")
     assert short == long
     assert (short.code, short.err) == (0, "")
     assert short.out.startswith(" ".join(["Usage:", *short.out.split()[1:2], *path]))
@@ -52,24 +52,24 @@ def test_help_is_asked_for_in_two_ways(capsys: pytest.CaptureFixture[str], comma
 
 
 @pytest.mark.parametrize(("command", "option"), list(options()))
-def test_an_option_with_one_value_is_taken_once(
+def test_an_option_with_one_value_is_accepted_once(
     capsys: pytest.CaptureFixture[str], command: str, option: str
 ) -> None:
-    refused = told(capsys, command, option, "1", option, "2")
+    refused = run_here(capsys, command, option, "1", option, "2")
     assert refused == Outcome(2, "", f"{option}: given 2 times; allowed: once\n")
-    refused = told(capsys, command, f"{option}=1", "x", option, "1", f"{option}=1")
+    refused = run_here(capsys, command, f"{option}=1", "x", option, "1", f"{option}=1")
     assert refused == Outcome(2, "", f"{option}: given 3 times; allowed: once\n")
-    assert told(capsys, command, option, "1", option, "2", "--help").code == 0
+    assert run_here(capsys, command, option, "1", option, "2", "--help").code == 0
 
 
-def test_there_are_such_options() -> None:
+def test_options_with_one_value_exist() -> None:
     assert {("run", "--seed"), ("run", "--out"), ("vehicle", "--id"), ("export", "--to")} <= set(
         options()
     )
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("run", "zenvoy run: missing argument 'SCENARIO'; see zenvoy run --help"),
         ("run a b", "zenvoy run: got unexpected extra argument(s) (b); see zenvoy run --help"),
@@ -99,25 +99,25 @@ def test_there_are_such_options() -> None:
         ("--nope", "zenvoy: no such option: --nope; see zenvoy --help"),
     ],
 )
-def test_bad_usage_is_told_in_a_line(
+def test_bad_usage_is_reported_in_one_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
     line: str,
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["zenvoy"])
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
-    assert told(capsys, *line.split()) == Outcome(2, "", f"{said}\n")
+    assert run_here(capsys, *line.split()) == Outcome(2, "", f"{message}\n")
 
 
 @given(
     st.sampled_from([name for name in COMMANDS if name not in {"scenarios", "technologies"}]),
     st.lists(st.text(st.characters(exclude_categories=["Cs"]), max_size=8), max_size=3),
 )
-def test_no_usage_ends_in_a_traceback(command: str, words: list[str]) -> None:
-    """With an option that no command has nothing is done, whatever stands beside it."""
+def test_no_command_line_ends_in_a_traceback(command: str, words: list[str]) -> None:
+    """An unknown option keeps the command from doing anything, whatever else is given."""
     if command in {"-h", "--help"}:
         return
     assert outcome(app, [command, "--no-such-option", *words]) in {0, 2}
@@ -159,7 +159,7 @@ def test_a_shell_completes_scenarios(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("missing", ["matplotlib", "jinja2", "pyarrow"])
-def test_a_package_of_the_extra_is_named_where_it_is_missing(
+def test_a_missing_package_of_the_extra_is_named(
     missing: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     alone = App()

@@ -1,4 +1,4 @@
-"""The wheel in a fresh environment, without extras: a law of one's own in a folder of its own."""
+"""In a fresh environment without extras, the wheel runs a law from a folder of the user."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _OF_ANALYSIS: Final = ("matplotlib", "jinja2", "pyarrow")
 
 
 def wheel(folder: Path) -> Path:
-    """Build the wheel out of a copy of the sources, with the setuptools that is here, or skip."""
+    """Build the wheel from a copy of the sources with the installed setuptools, or skip."""
     try:
         setuptools = int(version("setuptools").partition(".")[0])
     except PackageNotFoundError:
@@ -60,9 +60,9 @@ def wheel(folder: Path) -> Path:
 
 
 def environment(folder: Path, wheel: Path) -> Path:
-    """Return the command `zenvoy` of a new environment that has the wheel in it.
+    """Return the command `zenvoy` of a new environment with the wheel.
 
-    What Zenvoy depends on is lent by this one, without the packages of the extra `analysis`.
+    This environment lends the dependencies, without the packages of the extra `analysis`.
     """
     venv.create(folder, with_pip=False, symlinks=True)
     (site,) = folder.glob("lib/python*/site-packages")
@@ -77,7 +77,7 @@ def environment(folder: Path, wheel: Path) -> Path:
     return folder / "bin" / "zenvoy"
 
 
-def test_a_law_of_ones_own_runs_with_the_wheel_alone(tmp_path: Path) -> None:
+def test_an_own_law_runs_with_the_wheel_alone(tmp_path: Path) -> None:
     command = environment(tmp_path / "venv", wheel(tmp_path))
     place = tmp_path / "mine"
     place.mkdir()
@@ -100,10 +100,10 @@ def test_a_law_of_ones_own_runs_with_the_wheel_alone(tmp_path: Path) -> None:
     zenvoy("check", "s.yaml", "--strict")
     zenvoy("run", "s.yaml", "--out", "processes")
     zenvoy("run", "s.yaml", "--bus", "in-process", "--out", "one")
-    told = [zenvoy("info", f"{name}/run.mcap") for name in ("processes", "one")]
-    prints = [next(line for line in text.splitlines() if "fingerprint" in line) for text in told]
+    printed = [zenvoy("info", f"{name}/run.mcap") for name in ("processes", "one")]
+    prints = [next(line for line in text.splitlines() if "fingerprint" in line) for text in printed]
     assert prints[0] == prints[1]
-    for text in told:
+    for text in printed:
         assert "idm:smith#" in text
     where = [str(command.with_name("python")), "-c", "import zenvoy; print(zenvoy.__file__)"]
     found = subprocess.run(where, cwd=place, env=clean, capture_output=True, text=True, check=True)
