@@ -141,7 +141,7 @@ class Found:
     took_s: float = 0.0
     lost_s: float = 0.0
     code: int = 0
-    said: str = ""
+    message: str = ""
     """The first line on stderr."""
 
 
@@ -204,7 +204,7 @@ def try_case(case: Case, folder: Path) -> Found:
         outcome = started.wait(120.0)
         found.took_s = time.monotonic() - hit_s
         found.code = outcome.code
-        found.said = outcome.err.partition("\n")[0]
+        found.message = outcome.err.partition("\n")[0]
         _judge_end(found, outcome, started)
         if case.victim == "command" and case.blow == "KILL":
             wait_until(lambda: not _temporary(started), "the folder of sockets is gone", 10.0)
@@ -267,13 +267,13 @@ def _complete_all_the_same(found: Found) -> bool:
     """Whether the command says that who was hit had done its part."""
     if found.code == 0:
         name = f"{found.case.process} "
-        return found.said.startswith(name) and found.said.endswith("the run is complete")
-    return found.code == 130 and found.said == COMPLETE_BY_THEN
+        return found.message.startswith(name) and found.message.endswith("the run is complete")
+    return found.code == 130 and found.message == COMPLETE_BY_THEN
 
 
 def _judge_end(found: Found, outcome: Outcome, started: Command) -> None:
     case, expected = found.case, expected_of(found.case)
-    first = found.said
+    first = found.message
     if outcome.code not in expected.ends:
         found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(expected.ends)}")
     elif case.moment == "last" and _complete_all_the_same(found):
@@ -318,7 +318,7 @@ def _judge_result(found: Found, log: Log) -> None:
     """A log says `complete` if the command does, and then it has the undisturbed fingerprint."""
     complete = log.result["end"] == "complete"
     killed = found.code == -signal.SIGKILL
-    asked_late = found.code == 130 and found.said == COMPLETE_BY_THEN
+    asked_late = found.code == 130 and found.message == COMPLETE_BY_THEN
     if complete != (found.code == 0 or asked_late) and not (killed and found.case.moment == "last"):
         found.wrong.append(f"exit code {found.code}, but the log says {log.result['end']!r}")
     repeatable = complete and found.case.mode != "realtime"

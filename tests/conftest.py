@@ -296,6 +296,6 @@ def run(folder: Path, scenario: str, *arguments: str) -> Log:
     folder.mkdir()
     (folder / "s.yaml").write_text(scenario)
     outcome = zenvoy(folder, "run", "s.yaml", "--out", "out", *arguments)
-    said = [line for line in outcome.err.splitlines() if not line.startswith("note: ")]
-    assert (outcome.code, said) == (0, []), outcome
+    errors = [line for line in outcome.err.splitlines() if not line.startswith("note: ")]
+    assert (outcome.code, errors) == (0, []), outcome
     return read_log(folder / "out" / "run.mcap")

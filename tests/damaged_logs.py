@@ -1,4 +1,4 @@
-"""Writes damaged logs, and says what is told of them."""
+"""Helpers that write damaged logs, and return what a reader reports of them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def written(path: Path, content: bytes) -> Path:
     return changed
 
 
-def said(log: Path) -> str:
+def notes_or_refusal(log: Path) -> str:
     """Return the notes of a damaged log, or why it is refused, in one line."""
     try:
         return "\n".join(load(log).notes)

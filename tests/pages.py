@@ -35,12 +35,12 @@ class Read(HTMLParser):
             self.text.setdefault(self.open[-1], []).append(data)
 
     def all(self, name: str, attribute: str) -> list[str]:
-        """Values of an attribute of all tags of one name ("*": of any)."""
+        """Return the values of an attribute of all tags of one name, or of any for "*"."""
         found = [a.get(attribute) for tag, a in self.tags if name in {tag, "*"}]
         return [value for value in found if value is not None]
 
-    def said(self, tag: str) -> list[str]:
-        """Texts right within tags of one name."""
+    def texts(self, tag: str) -> list[str]:
+        """Return the texts directly inside tags of one name."""
         return [text.strip() for text in self.text.get(tag, []) if text.strip()]
 
 

@@ -81,14 +81,14 @@ def test_every_picture_and_table_is_left_in_every_form(folder: Path, page: Read)
 
 def test_the_page_is_complete_by_itself(folder: Path, page: Read) -> None:
     html = (folder / "out" / "compare.html").read_text()
-    assert page.said("h1") == ["_one, <b>$two$</b> and three"]
+    assert page.texts("h1") == ["_one, <b>$two$</b> and three"]
     assert "<b>$two$" not in html
     assert "://" not in html
     assert str(folder) not in html
 
 
 def test_what_makes_runs_differ_is_said_first(outcome: Outcome, page: Read) -> None:
-    notes = page.said("li")
+    notes = page.texts("li")
     assert notes == outcome.err.splitlines()
     told = " ".join(notes)
     for difference in (
@@ -234,7 +234,7 @@ def test_runs_are_named_by_what_tells_them_apart(logs: list[str], names: list[st
 
 
 @pytest.mark.parametrize(
-    ("logs", "labels", "said"),
+    ("logs", "labels", "message"),
     [
         (["a.mcap"], [], "a.mcap: only one run; name two or more to compare"),
         (["a", "b"], ["x"], "--label: 1 for 2 runs; give one per run, or none"),
@@ -242,10 +242,12 @@ def test_runs_are_named_by_what_tells_them_apart(logs: list[str], names: list[st
         (["a", "b"], ["x", " "], "--label ' ': each run needs a name of its own"),
     ],
 )
-def test_names_that_do_not_fit_are_refused(logs: list[str], labels: list[str], said: str) -> None:
+def test_names_that_do_not_fit_are_refused(
+    logs: list[str], labels: list[str], message: str
+) -> None:
     with pytest.raises(LabelError) as refused:
         labels_for([Path(log) for log in logs], labels)
-    assert str(refused.value) == said
+    assert str(refused.value) == message
 
 
 def test_what_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:

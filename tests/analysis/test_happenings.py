@@ -98,7 +98,7 @@ def test_outages_are_listed_in_the_chapter_on_v2v(run: Run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("outage", "said"),
+    ("outage", "sentence"),
     [
         ("{}", "Through the whole run: outage: no frame gets through."),
         ('{"source": "6"}', "Through the whole run: outage: no frame gets through from vehicle 6."),
@@ -108,9 +108,9 @@ def test_outages_are_listed_in_the_chapter_on_v2v(run: Run) -> None:
         ),
     ],
 )
-def test_outages_in_words(outage: str, said: str) -> None:
+def test_outages_in_words(outage: str, sentence: str) -> None:
     scenario = Scenario.model_validate_json(f'{{"channel": {{"outages": [{outage}]}}}}')
-    assert sentences(impairments(scenario, 10.0), 10.0) == [said]
+    assert sentences(impairments(scenario, 10.0), 10.0) == [sentence]
 
 
 # --- on axes ------------------------------------------------------------------------------------

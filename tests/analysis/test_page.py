@@ -61,18 +61,18 @@ def pictures() -> dict[str, Drawn]:
 
 def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
     page = read(render(PAGE, pictures))
-    assert page.said("h1") == page.said("title") == ["paper/case-15, seed 1"]
-    assert page.said("h2") == ["Read this first", "Contents", "Motion", "Empty"]
-    assert page.said("li") == ["the log is cut: read up to 3 s of 6 s"]
-    assert page.said("a") == ["Motion", "Empty"]
-    assert (page.said("dt"), page.said("dd")) == (["seed", "how it ended"], ["1", "complete"])
-    assert page.said("th") == ["vehicle", "gap, m", "model", "1", "2"]
-    assert page.said("td")[:3] == ["36.03", "FM", "–"]
-    assert page.said("caption") == ["Gaps"]
-    assert page.said("figcaption") == ["A line. It goes up, then down."]
-    assert page.said("pre") == ["seed: 1"]
-    assert page.said("p")[0] == "Forty vehicles"
-    assert set(page.said("p")) >= {"No braking.", "Of two vehicles.", "zenvoy analyze run.mcap"}
+    assert page.texts("h1") == page.texts("title") == ["paper/case-15, seed 1"]
+    assert page.texts("h2") == ["Read this first", "Contents", "Motion", "Empty"]
+    assert page.texts("li") == ["the log is cut: read up to 3 s of 6 s"]
+    assert page.texts("a") == ["Motion", "Empty"]
+    assert (page.texts("dt"), page.texts("dd")) == (["seed", "how it ended"], ["1", "complete"])
+    assert page.texts("th") == ["vehicle", "gap, m", "model", "1", "2"]
+    assert page.texts("td")[:3] == ["36.03", "FM", "–"]
+    assert page.texts("caption") == ["Gaps"]
+    assert page.texts("figcaption") == ["A line. It goes up, then down."]
+    assert page.texts("pre") == ["seed: 1"]
+    assert page.texts("p")[0] == "Forty vehicles"
+    assert set(page.texts("p")) >= {"No braking.", "Of two vehicles.", "zenvoy analyze run.mcap"}
 
 
 def test_notes_come_before_anything_else(pictures: dict[str, Drawn]) -> None:
@@ -102,11 +102,11 @@ def test_every_text_is_escaped() -> None:
         made=(NASTY,),
     )
     html = render(page, {"line": drawn(nasty)})
-    said = read(html)
+    parsed = read(html)
     assert "<script" not in html
     for tag in ("title", "h1", "h2", "dt", "dd", "li", "th", "caption", "summary", "pre", "p"):
-        assert NASTY in said.said(tag), tag
-    assert said.all("img", "alt") == [NASTY]
+        assert NASTY in parsed.texts(tag), tag
+    assert parsed.all("img", "alt") == [NASTY]
 
 
 def test_a_picture_is_shown_in_its_smaller_form() -> None:
@@ -128,8 +128,8 @@ def test_a_long_table_says_where_the_rest_is() -> None:
     rows = tuple((number, number * 0.5) for number in range(1, MAX_ROWS + 101))
     sheet = Sheet(name="long", title="Long", columns=("vehicle", "x, m"), rows=rows)
     page = read(render(Page(title="t", sections=(Section(title="s", sheets=(sheet,)),)), {}))
-    assert len(page.said("td")) == MAX_ROWS
-    assert page.said("p") == [
+    assert len(page.texts("td")) == MAX_ROWS
+    assert page.texts("p") == [
         f"Only the first {MAX_ROWS} of {MAX_ROWS + 100} rows are shown; long.csv has all."
     ]
 

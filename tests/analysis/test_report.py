@@ -65,8 +65,8 @@ def page(left: dict[str, bytes]) -> Read:
 
 def test_the_chapters_come_in_their_order(page: Read) -> None:
     chapters = ["Overview", "Motion", "String stability", "Estimation", "V2V"]
-    assert page.said("a") == chapters
-    assert page.said("h2") == ["Contents", *chapters]
+    assert page.texts("a") == chapters
+    assert page.texts("h2") == ["Contents", *chapters]
 
 
 def test_every_picture_and_table_is_left_in_every_form(left: dict[str, bytes], page: Read) -> None:
@@ -93,15 +93,15 @@ def test_the_summary_is_that_of_the_log(folder: Path, left: dict[str, bytes]) ->
 
 def test_the_report_says_what_was_run_and_how(page: Read, folder: Path) -> None:
     run = load(folder / "_a$b$.mcap")
-    assert page.said("h1") == ["_a$b$, seed 5"]
-    facts = dict(zip(page.said("dt"), page.said("dd"), strict=True))
+    assert page.texts("h1") == ["_a$b$, seed 5"]
+    facts = dict(zip(page.texts("dt"), page.texts("dd"), strict=True))
     assert facts["vehicles"] == "6, on a ring of 120 m"
     assert facts["model"] == "FM, PBCM from 2 s"
     assert facts["duration"] == "12 s, in cycles of 100 ms"
     assert facts["how it ended"] == "complete"
     assert facts["fingerprint"] == run.result["fingerprint"]
     assert f"zenvoy {run.run['version.zenvoy']}" in facts["versions"]
-    assert "zenvoy analyze _a$b$.mcap" in page.said("p")[-1]
+    assert "zenvoy analyze _a$b$.mcap" in page.texts("p")[-1]
 
 
 def test_the_scenario_on_the_page_is_the_one_that_was_run(
@@ -117,7 +117,7 @@ def test_the_report_needs_nothing_and_gives_nothing_away(
 ) -> None:
     """It has no script from a description, no address, and no path of this machine."""
     html = left["report.html"].decode()
-    assert EVIL in page.said("p")
+    assert EVIL in page.texts("p")
     assert "<script" not in html
     assert "://" not in html
     assert str(folder) not in html
@@ -145,20 +145,20 @@ def test_the_terminal_tells_it_within_its_width(outcome: Outcome) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lost", "said"),
+    ("lost", "message"),
     [
         ("", "the run was interrupted at 5 s of 12 s"),
         ("vehicle-03", "process vehicle-03 was lost at 5 s"),
     ],
 )
-def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, said: str) -> None:
+def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, message: str) -> None:
     write_log(tmp_path / "run.mcap", SCENARIO, until_cycle=50, lost=lost)
     outcome = zenvoy(tmp_path, "analyze", "run.mcap")
     assert outcome.code == 0
-    assert said in outcome.err
+    assert message in outcome.err
     html = (tmp_path / "run-analysis" / "report.html").read_text()
-    notes = read(html).said("li")
-    assert any(said.lower() in note.lower() for note in notes)
+    notes = read(html).texts("li")
+    assert any(message.lower() in note.lower() for note in notes)
     assert html.index("Read this first") < html.index("fingerprint")
 
 
@@ -167,14 +167,16 @@ def test_a_log_that_is_cut_is_told_up_to_the_cut(tmp_path: Path) -> None:
     (tmp_path / "run.mcap").write_bytes(whole[: int(0.7 * len(whole))])
     outcome = zenvoy(tmp_path, "analyze", "run.mcap")
     assert outcome.code == 0
-    said = re.fullmatch(r"run\.mcap: the log is cut: read up to ([\d.]+) s of 6 s\n", outcome.err)
-    assert said is not None, outcome.err
-    assert 1.0 < float(said[1]) < 6.0
+    matched = re.fullmatch(
+        r"run\.mcap: the log is cut: read up to ([\d.]+) s of 6 s\n", outcome.err
+    )
+    assert matched is not None, outcome.err
+    assert 1.0 < float(matched[1]) < 6.0
     page = read((tmp_path / "run-analysis" / "report.html").read_text())
-    assert page.said("li") == [f"The log is cut: read up to {said[1]} s of 6 s."]
-    facts = dict(zip(page.said("dt"), page.said("dd"), strict=True))
+    assert page.texts("li") == [f"The log is cut: read up to {matched[1]} s of 6 s."]
+    facts = dict(zip(page.texts("dt"), page.texts("dd"), strict=True))
     assert facts["fingerprint"] == facts["how it ended"] == "not logged"
-    assert facts["duration"] == f"{said[1]} s of 6 s, in cycles of 100 ms"
+    assert facts["duration"] == f"{matched[1]} s of 6 s, in cycles of 100 ms"
 
 
 def test_a_log_that_is_cut_before_its_first_cycle_is_refused(folder: Path, tmp_path: Path) -> None:
@@ -184,8 +186,8 @@ def test_a_log_that_is_cut_before_its_first_cycle_is_refused(folder: Path, tmp_p
         file.seek(0)
         cut = file.read(summary.chunk_indexes[0].chunk_start_offset + 100)
     (tmp_path / "run.mcap").write_bytes(cut)
-    said = "the log is cut: read up to 0 s of 12 s; no cycle was logged"
-    refused = Outcome(2, "", f"run.mcap: nothing to show: {said}\n")
+    message = "the log is cut: read up to 0 s of 12 s; no cycle was logged"
+    refused = Outcome(2, "", f"run.mcap: nothing to show: {message}\n")
     assert zenvoy(tmp_path, "analyze", "run.mcap") == refused
     assert {path.name for path in tmp_path.iterdir()} == {"run.mcap", "stdout.txt", "stderr.txt"}
 
@@ -195,8 +197,8 @@ def test_a_run_without_a_cycle_is_refused(folder: Path, tmp_path: Path, of: str)
     write_log(tmp_path / "run.mcap", SCENARIO, until_cycle=0)
     logs = ["run.mcap"] if of == "analyze" else [str(folder / "_a$b$.mcap"), "run.mcap"]
     outcome = zenvoy(tmp_path, of, *logs, "--out", "out")
-    said = "the run was interrupted at 0 s of 12 s; no cycle was logged"
-    assert outcome == Outcome(2, "", f"run.mcap: nothing to show: {said}\n")
+    message = "the run was interrupted at 0 s of 12 s; no cycle was logged"
+    assert outcome == Outcome(2, "", f"run.mcap: nothing to show: {message}\n")
     assert not (tmp_path / "out").exists()
 
 

@@ -111,7 +111,7 @@ def test_a_scenario_without_outages_computes_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("outage", "said"),
+    ("outage", "message"),
     [
         (
             "{source: 99}",
@@ -127,10 +127,10 @@ def test_a_scenario_without_outages_computes_none() -> None:
         ),
     ],
 )
-def test_impossible_outages_are_refused(outage: str, said: str) -> None:
+def test_impossible_outages_are_refused(outage: str, message: str) -> None:
     with pytest.raises(ScenarioError) as refused:
         load("quickstart", [f"channel.outages=[{outage}]"])
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_a_stretch_that_ends_before_it_begins_is_refused_on_the_open_road() -> None:

@@ -249,7 +249,7 @@ def test_a_check_says_what_keeps_a_scenario_from_arrays(here: Path) -> None:
 
 @pytest.mark.parametrize("engine", ["arrays", "auto", "in-process"])
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "expected"),
     [
         (("--realtime",), "clock: realtime needs processes; allowed: --engine processes"),
         (
@@ -261,10 +261,10 @@ def test_a_check_says_what_keeps_a_scenario_from_arrays(here: Path) -> None:
     ids=["clock", "guests"],
 )
 def test_what_needs_processes_is_refused(
-    here: Path, options: tuple[str, ...], said: str, engine: str
+    here: Path, options: tuple[str, ...], expected: str, engine: str
 ) -> None:
     refused = zenvoy(here, "run", "own.yaml", *options, "--engine", engine, "--out", "o")
-    assert refused == Outcome(2, "", f"{said}\n")
+    assert refused == Outcome(2, "", f"{expected}\n")
     assert not (here / "o").exists()
 
 
@@ -275,8 +275,8 @@ def test_the_older_option_goes_on_working(here: Path) -> None:
     assert [summary(here / name)["bus"] for name in "ab"] == ["in-process", "zenoh"]
     for bus, engine in (("zenoh", "arrays"), ("in-process", "auto"), ("in-process", "processes")):
         refused = zenvoy(here, *run, "c", "--bus", bus, "--engine", engine)
-        said = f"--bus {bus}: contradicts --engine {engine}; allowed: one of them\n"
-        assert refused == Outcome(2, "", said)
+        expected = f"--bus {bus}: contradicts --engine {engine}; allowed: one of them\n"
+        assert refused == Outcome(2, "", expected)
     assert not (here / "c").exists()
 
 
@@ -301,21 +301,23 @@ def test_a_law_that_fails_on_the_way_is_named_with_its_vehicle(here: Path, engin
     changes = ("--set", "control.parameters.breaks_at=30")
     outcome = zenvoy(here, "run", "own.yaml", *changes, "--engine", engine, "--out", "o")
     assert outcome.code == 3
-    said = "law PI raised ZeroDivisionError: float division by zero (pi.py, line 21)"
-    assert outcome.err.splitlines()[0] == f"vehicle-02 died: {said}"
+    expected = "law PI raised ZeroDivisionError: float division by zero (pi.py, line 21)"
+    assert outcome.err.splitlines()[0] == f"vehicle-02 died: {expected}"
     log = load(here / "o" / "run.mcap")
     assert log.cycles >= 28
-    assert log.result["end"] == f"LawError: {said}"
+    assert log.result["end"] == f"LawError: {expected}"
 
 
 def test_a_law_that_fails_for_all_at_once_is_named(here: Path) -> None:
     changes = ("--set", "control.model=pi:PICKY")
     outcome = zenvoy(here, "run", "own.yaml", *changes, "--engine", "arrays", "--out", "o")
     assert outcome.code == 3
-    said = "law picky raised ValueError: not two, but only on arrays"
-    assert outcome.err.splitlines()[0] == f"the array engine cannot go on: {said}; in-process can"
-    assert load(here / "o" / "run.mcap").result["end"] == f"NotCoveredError: {said}"
-    with pytest.raises(api.RunError, match=f"^the array engine cannot go on: {said}"):
+    expected = "law picky raised ValueError: not two, but only on arrays"
+    assert (
+        outcome.err.splitlines()[0] == f"the array engine cannot go on: {expected}; in-process can"
+    )
+    assert load(here / "o" / "run.mcap").result["end"] == f"NotCoveredError: {expected}"
+    with pytest.raises(api.RunError, match=f"^the array engine cannot go on: {expected}"):
         api.run(api.scenario("own.yaml", control={"model": "pi:PICKY"}), engine="arrays", out="p")
 
 

@@ -185,7 +185,7 @@ def test_a_process_that_is_asked_to_end_by_somebody_else_is_named(
     assert_stopped(read_log(tmp_path / "out" / "run.mcap"))
 
 
-def test_a_full_disk_is_told_in_a_line(tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_in_one_line(tmp_path: Path) -> None:
     """A full disk, or rather the limit that a shell can set on the size of files.
 
     The first chunk fits, however fast the run is, so that the log has cycles.

@@ -124,8 +124,8 @@ def test_an_interrupted_run_knows_whether_its_leader_finished_all_the_same(tmp_p
     with pytest.raises(KeyboardInterrupt), supervisor:
         raise KeyboardInterrupt
     assert supervisor.completed
-    said = [str(Interrupted(complete=complete)) for complete in (True, False)]
-    assert said == [
+    message = [str(Interrupted(complete=complete)) for complete in (True, False)]
+    assert message == [
         "interrupted; the run was complete by then",
         "interrupted; the log up to here is kept",
     ]

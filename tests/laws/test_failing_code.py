@@ -79,8 +79,8 @@ def test_a_file_that_exits_while_it_is_loaded_is_refused(
     outcome = zenvoy(tmp_path, "check", "s.yaml", *own)
     key, _, name = own[1].partition("=")
     assert outcome.code == 2
-    said = f"bad.py cannot be run: {LEAVES[what]} (bad.py, line 28)"
-    assert outcome.err == f"{key}: '{name}': {said}  (--set {own[1]})\n"
+    message = f"bad.py cannot be run: {LEAVES[what]} (bad.py, line 28)"
+    assert outcome.err == f"{key}: '{name}': {message}  (--set {own[1]})\n"
 
 
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
@@ -93,10 +93,10 @@ def test_code_that_exits_in_a_run_is_named_and_the_log_is_kept(
     outcome = zenvoy(tmp_path, "run", "s.yaml", *own, "--bus", bus, "--out", "out")
     assert outcome.code == 3, outcome.err
     kind = "law" if own is OWN_LAW else "estimator"
-    said = {"sys.exit(0)": "SystemExit: 0", "raise Ended('x')": "Ended: x"}.get(what, what[6:])
+    message = {"sys.exit(0)": "SystemExit: 0", "raise Ended('x')": "Ended: x"}.get(what, what[6:])
     first = outcome.err.splitlines()[0]
     assert first.startswith("vehicle-0")
-    assert first.partition(" died: ")[2] == f"{kind} leaver raised {said} (bad.py, line {line})"
+    assert first.partition(" died: ")[2] == f"{kind} leaver raised {message} (bad.py, line {line})"
     assert load(tmp_path / "out" / "run.mcap").cycles > 0
 
 
@@ -118,19 +118,19 @@ def test_an_estimator_that_hangs_is_named_with_its_line(
 
 def test_a_dataclass_may_refuse_its_parameters(tmp_path: Path) -> None:
     write(tmp_path)
-    for gain, said in (
+    for gain, message in (
         ("3.0", "ValueError: a gain above 2 is not stable (bad.py, line 11)"),
         ("-1.0", "SystemExit: 1 (bad.py, line 13)"),
     ):
         changes = (*OWN_LAW, "--set", f"control.parameters.gain={gain}")
         outcome = zenvoy(tmp_path, "check", "s.yaml", *changes)
         assert outcome.code == 2
-        assert outcome.err.startswith(f"control.parameters: Parameters raised {said}  (--set")
+        assert outcome.err.startswith(f"control.parameters: Parameters raised {message}  (--set")
         assert len(outcome.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize(
-    ("what", "said"),
+    ("what", "message"),
     [
         ("sys.exit(1)", "SystemExit: 1 (bad.py, line 27)"),
         ("return 1 / 0", "ZeroDivisionError: division by zero (bad.py, line 27)"),
@@ -138,13 +138,13 @@ def test_a_dataclass_may_refuse_its_parameters(tmp_path: Path) -> None:
     ],
 )
 def test_a_linear_form_that_fails_is_found_before_the_run(
-    tmp_path: Path, what: str, said: str
+    tmp_path: Path, what: str, message: str
 ) -> None:
     write(tmp_path, in_linear=what)
     outcome = zenvoy(tmp_path, "check", "s.yaml", "--set", "control.model=bad:LINEAR")
     assert outcome.code == 2
-    said = f"linear form of law leaver raised {said}"
-    assert outcome.err == f"control.model: {said}  (--set control.model=bad:LINEAR)\n"
+    message = f"linear form of law leaver raised {message}"
+    assert outcome.err == f"control.model: {message}  (--set control.model=bad:LINEAR)\n"
 
 
 def test_ctrl_c_is_not_blamed_on_the_code(tmp_path: Path) -> None:

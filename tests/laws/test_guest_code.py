@@ -64,5 +64,5 @@ def test_a_law_that_fails_in_a_guest_is_named_with_its_line(tmp_path: Path) -> N
         wait_until((tmp_path / "out" / "connect.json").exists, "the run can be met")
         joined = zenvoy(tmp_path, "vehicle", "--id", "2", "--run", "out", "--allow-code")
         assert joined.code == 3
-        said = "law own raised ValueError: too slow (mine.py, line 7)"
-        assert joined.err == f"vehicle-02: {said}\n"
+        message = "law own raised ValueError: too slow (mine.py, line 7)"
+        assert joined.err == f"vehicle-02: {message}\n"

@@ -132,7 +132,7 @@ def test_a_changed_module_is_noticed_before_anything_runs(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("gains", "said"),
+    ("gains", "message"),
     [
         (
             "K = 1 / 0",
@@ -146,14 +146,16 @@ def test_a_changed_module_is_noticed_before_anything_runs(tmp_path: Path) -> Non
         ),
     ],
 )
-def test_a_module_that_cannot_be_run_is_named(tmp_path: Path, gains: str | None, said: str) -> None:
+def test_a_module_that_cannot_be_run_is_named(
+    tmp_path: Path, gains: str | None, message: str
+) -> None:
     write(tmp_path)
     (tmp_path / "gains.py").unlink()
     if gains is not None:
         (tmp_path / "gains.py").write_text(gains)
     outcome = zenvoy(tmp_path, "check", "s.yaml")
     assert outcome.code == 2
-    assert outcome.err.startswith(f"control.model: 'own:LAW': {said}")
+    assert outcome.err.startswith(f"control.model: 'own:LAW': {message}")
     assert len(outcome.err.splitlines()) == 1
 
 

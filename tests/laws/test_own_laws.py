@@ -213,7 +213,7 @@ raising, texting, undeclaring, hanging = (
 
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
 @pytest.mark.parametrize(
-    ("law", "said"),
+    ("law", "message"),
     [
         ("raising", "law raises raised ZeroDivisionError: float division by zero (bad.py, line 7)"),
         ("texting", "law text returned 'fast', which is no acceleration (bad.py, line 11)"),
@@ -222,7 +222,7 @@ raising, texting, undeclaring, hanging = (
     ],
 )
 def test_a_law_that_fails_is_named_with_its_line(
-    tmp_path: Path, law: str, said: str, bus: str
+    tmp_path: Path, law: str, message: str, bus: str
 ) -> None:
     (tmp_path / "bad.py").write_text(BROKEN)
     (tmp_path / "s.yaml").write_text(f"""
@@ -235,7 +235,7 @@ control: {{model: "bad:{law}", desired_speed_mps: 33}}
     assert outcome.code == 3
     first = outcome.err.splitlines()[0]
     assert first.startswith("vehicle-0")
-    assert first.partition(" died: ")[2] == said
+    assert first.partition(" died: ")[2] == message
     assert load(tmp_path / "out" / "run.mcap").result["end"] != "complete"
 
 
@@ -247,7 +247,7 @@ def refusal(folder: Path, control: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("control", "said"),
+    ("control", "message"),
     [
         (
             'model: "none:here"',
@@ -288,11 +288,11 @@ def refusal(folder: Path, control: str) -> str:
     ],
 )
 def test_a_wrong_law_or_parameter_is_refused_with_a_message(
-    laws: Path, control: str, said: str
+    laws: Path, control: str, message: str
 ) -> None:
     (laws.parent / "out.py").write_text(IDM)
     (laws / "bad.py").write_text("def x(:")
-    assert refusal(laws, control).startswith(said)
+    assert refusal(laws, control).startswith(message)
 
 
 def test_code_is_found_beside_the_scenario_from_any_working_folder(laws: Path) -> None:
@@ -411,7 +411,7 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("estimator", "said"),
+    ("estimator", "message"),
     [
         (
             'kind: "mine:other"',
@@ -432,12 +432,14 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_wrong_estimator_is_refused_with_a_message(laws: Path, estimator: str, said: str) -> None:
+def test_a_wrong_estimator_is_refused_with_a_message(
+    laws: Path, estimator: str, message: str
+) -> None:
     (laws / "mine.py").write_text(ESTIMATOR)
     (laws / "s.yaml").write_text(f"estimator: {{{estimator}}}")
     outcome = zenvoy(laws, "check", "s.yaml")
     assert outcome.code == 2
-    assert outcome.err.startswith(said)
+    assert outcome.err.startswith(message)
 
 
 def test_a_law_of_an_installed_package_is_found_by_its_entry_point(

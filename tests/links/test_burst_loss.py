@@ -144,7 +144,7 @@ def test_links_are_independent() -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
         (
             ("p13=0.6", "p14=0.5"),
@@ -159,8 +159,8 @@ def test_links_are_independent() -> None:
         (("p23=1.5",), "channel.loss.four_state.p23: 1.5 is not in [0, 1]"),
     ],
 )
-def test_impossible_states_are_refused(settings: tuple[str, ...], said: str) -> None:
+def test_impossible_states_are_refused(settings: tuple[str, ...], message: str) -> None:
     overrides = [f"channel.loss.four_state.{setting}" for setting in settings]
     with pytest.raises(ScenarioError) as refused:
         load("quickstart", overrides)
-    assert said in str(refused.value)
+    assert message in str(refused.value)

@@ -60,7 +60,7 @@ def test_percent_is_allowed_wherever_a_fraction_is(write: Write) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("channel: {loss: {p: 150%}}", "channel.loss.p: '150%' is not in [0, 1]"),
         ("sensors: {error: 100 %}", "sensors.error: '100 %' is not in [0, 1)"),
@@ -69,9 +69,9 @@ def test_percent_is_allowed_wherever_a_fraction_is(write: Write) -> None:
         ("duration_s: 5%", "duration_s: '5%' is not a number"),
     ],
 )
-def test_wrong_percent_is_refused(write: Write, text: str, said: str) -> None:
+def test_wrong_percent_is_refused(write: Write, text: str, message: str) -> None:
     write(text)
-    assert refusal() == f"{said}  (s.yaml, line 1)"
+    assert refusal() == f"{message}  (s.yaml, line 1)"
 
 
 def test_merge_keys_add_the_keys_that_are_not_given(write: Write) -> None:
@@ -96,7 +96,7 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (
             "fleet: {<<: 3, size: 4}",
@@ -118,9 +118,9 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
         ),
     ],
 )
-def test_wrong_merge_keys_are_refused(write: Write, text: str, said: str) -> None:
+def test_wrong_merge_keys_are_refused(write: Write, text: str, message: str) -> None:
     write(text)
-    assert refusal() == said
+    assert refusal() == message
 
 
 def test_top_level_keys_that_begin_with_x_are_ignored(write: Write) -> None:

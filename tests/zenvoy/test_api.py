@@ -106,10 +106,10 @@ def test_changes_are_those_that_the_command_sets(here: Path) -> None:
 
 
 def test_errors_have_the_messages_of_the_command(here: Path) -> None:
-    said = command(here, "check", "s.yaml", "--set", "channel.loss.p=1.4").err
+    message = command(here, "check", "s.yaml", "--set", "channel.loss.p=1.4").err
     with pytest.raises(zenvoy.ScenarioError) as refused:
         zenvoy.scenario("s.yaml", channel={"loss": {"p": 1.4}})
-    assert f"{refused.value}\n" == said
+    assert f"{refused.value}\n" == message
     with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0"):
         zenvoy.run("s.yaml", seed=-1)
     with pytest.raises(zenvoy.ScenarioError, match=r"^seed -1: "):
