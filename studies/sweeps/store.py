@@ -81,7 +81,16 @@ def open_store(folder: Path, study: StudyFile) -> Store:
     The same study may have more values, seeds, measures or time series than before. Raises
     BadStudyError if the folder holds anything else, which is left as it is, and OSError.
     """
-    identity = _identity(study)
+    open_folder(folder, _identity(study), study.text)
+    return Store(folder=folder)
+
+
+def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
+    """Make the folder of a study, or find the same one there, and write its text to it.
+
+    `identity` is what makes a study the same. Raises BadStudyError if the folder holds anything
+    else, which is left as it is, and OSError.
+    """
     try:
         holds = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
     except NotADirectoryError:
@@ -96,8 +105,7 @@ def open_store(folder: Path, study: StudyFile) -> Store:
             raise bad_study("", f"{text} name a new folder or an empty one")
     (folder / _RUNS).mkdir(parents=True, exist_ok=True)
     _write_whole(folder / _IDENTITY, json.dumps(identity, indent=2) + "\n")
-    _write_whole(folder / STUDY, study.text)
-    return Store(folder=folder)
+    _write_whole(folder / STUDY, text)
 
 
 def _identity(study: StudyFile) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
@@ -56,13 +56,30 @@ class StudyFile:
         return self.seeds if isinstance(self.seeds, int) else len(self.seeds)
 
 
+class Written(NamedTuple):
+    """A study as it is written: its tree, name and text, and the folder of its file."""
+
+    root: Node
+    name: str
+    text: str
+    folder: Path | None
+
+
 def read_study(study: str | PathLike[str] | Mapping[str, Any]) -> StudyFile:
     """Return the study in a file, or that of a mapping with the same keys; raises BadStudyError."""
+    return _study(written(study, "sweep"))
+
+
+def written(study: str | PathLike[str] | Mapping[str, Any], name: str) -> Written:
+    """Return a study as it is written in a file, or in a mapping, which gets the name.
+
+    Raises BadStudyError if it cannot be read, or is no mapping.
+    """
     if isinstance(study, Mapping):
         place = Place(source="study")
         text = json.dumps(study, indent=2, default=_plain, ensure_ascii=False)
         root, _ = parse(text, lambda _: place)
-        return _study(root or Node({}, place), "sweep", text, None)
+        return _mapping(Written(root or Node({}, place), name, text, None))
     path = Path(fspath(study))
     try:
         text = from_here(path).text()
@@ -77,7 +94,13 @@ def read_study(study: str | PathLike[str] | Mapping[str, Any]) -> StudyFile:
     if problems:
         raise BadStudyError(problems)
     root = root or Node({}, Place(source=str(path)))
-    return _study(root, path.stem, text, path.parent)
+    return _mapping(Written(root, path.stem, text, path.parent))
+
+
+def _mapping(found: Written) -> Written:
+    if not isinstance(found.root.value, dict):
+        raise bad_study("", f"{shown(found.root.plain())} is not a mapping", found.root.place)
+    return found
 
 
 def _plain(value: object) -> object:
@@ -89,10 +112,10 @@ def _plain(value: object) -> object:
     raise bad_study("", f"a value of type {type(value).__name__} is not allowed")
 
 
-def _study(root: Node, name: str, text: str, folder: Path | None) -> StudyFile:
+def _study(found: Written) -> StudyFile:
     """Return the study that a tree describes; raises BadStudyError with all its problems."""
-    if not isinstance(root.value, dict):
-        raise bad_study("", f"{shown(root.plain())} is not a mapping", root.place)
+    root = found.root
+    assert isinstance(root.value, dict)
     keys, problems = checked(StudyKeys, root, ())
     axes, in_axes = axes_of(root.value.get("axes"))
     problems = [*problems, *in_axes]
@@ -106,9 +129,9 @@ def _study(root: Node, name: str, text: str, folder: Path | None) -> StudyFile:
     places = {key: node.place for key, node in root.value.items()}
     places |= {key: root.place_of(("axes", key)) for key in axes}
     return StudyFile(
-        name=name,
-        text=text,
-        scenario=_beside(folder, keys.scenario),
+        name=found.name,
+        text=found.text,
+        scenario=beside(found.folder, keys.scenario),
         description=keys.description,
         settings=tuple(as_settings(keys.settings)),
         axes=axes,
@@ -121,7 +144,7 @@ def _study(root: Node, name: str, text: str, folder: Path | None) -> StudyFile:
     )
 
 
-def _beside(folder: Path | None, scenario: str) -> str:
+def beside(folder: Path | None, scenario: str) -> str:
     """Return the path of a scenario beside the study; else the name as it is."""
     if folder is not None and (folder / scenario).is_file():
         return str(folder / scenario)

@@ -83,13 +83,13 @@ def run_sweep(
     plan = plan_of(checked, allow_code=allow_code)
     folder = Path("runs") / checked.name if out is None else out
     store = open_store(folder, checked)
-    failures = _make_missing(plan, store, jobs or len(os.sched_getaffinity(0)), on_line)
+    failures = make_missing(plan, store, jobs or len(os.sched_getaffinity(0)), on_line)
     results = results_of(plan, store, failures)
     files = write_results(results, store, command)
     return Swept(results=results, folder=folder, files=tuple(files))
 
 
-def _make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[str, str]:
+def make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[str, str]:
     """Make the runs that the store lacks, and return by key why runs failed."""
     tasks = _tasks(plan, store, jobs)
     missing = sum(len(task.keys) for task in tasks)

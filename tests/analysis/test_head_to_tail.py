@@ -17,9 +17,7 @@ from zenvoy.analysis.theory.of_scenario import head_to_tail_gain, string_of
 from zenvoy.laws.library.mbcm import weights_of
 from zenvoy.scenarios import Gains, load
 
-GAINS = st.builds(
-    Gains, k_d=st.floats(0.02, 1.0), k_v=st.floats(0.1, 1.5), k_c=st.floats(0.0, 1.0)
-)
+GAINS = st.builds(Gains, k_d=st.floats(0.02, 1.0), k_v=st.floats(0.1, 1.5), k_c=st.floats(0.0, 1.0))
 DELAYS = st.sampled_from([0.0, 0.15])
 
 
