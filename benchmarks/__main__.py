@@ -40,11 +40,12 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A table, and a note that explains it."""
+    """A table, and a note that explains it; `ratios` adds the ratios to the first row."""
 
     unit: str
     rows: Sequence[Row]
     note: str = ""
+    ratios: bool = False
 
 
 def _bare(vehicles: int, cycles: int) -> Row:
@@ -184,8 +185,10 @@ Seconds of simulated time, times vehicles, times runs, per second of CPU on one 
 is the paper's case 15 (PBCM, a filter for each of two links and one for the own speed, errors of
 readings). Arrays run without a log, from the loaded scenarios to the last cycle. SUMO moves
 vehicles on a straight road under its own car-following model, 10 steps per second, without V2V,
-errors or filters.
+errors or filters. Divided by the vehicles, a rate of one run says how many times real time it is.
+The ratios are medians over the rounds.
 """,
+    ratios=True,
 )
 PARTS = (CYCLES, STRINGS, CHANNEL, STUDIES, REALTIME)
 
@@ -220,12 +223,25 @@ def _cells(rates: Sequence[float]) -> tuple[str, str]:
     return middle, f"{low} to {high}"
 
 
+def _headers(part: Part) -> list[str]:
+    headers = ["what", f"{part.unit}, median of {ROUNDS}", "range"]
+    return [*headers, "ratio to the first row"] if part.ratios else headers
+
+
+def _row(part: Part, row: Row, rates: Mapping[str, Sequence[float]]) -> list[str]:
+    cells = [row.name, *_cells(rates[row.name])]
+    if not part.ratios:
+        return cells
+    pairs = zip(rates[row.name], rates[part.rows[0].name], strict=True)
+    return [*cells, f"{median(one / other for one, other in pairs):.1f}"]
+
+
 def _table(part: Part, rates: Mapping[str, Sequence[float]]) -> Table:
-    table = Table("what", f"{part.unit}, median", "range")
+    table = Table(*_headers(part))
     for column in table.columns[1:]:
         column.justify = "right"
     for row in part.rows:
-        table.add_row(row.name, *_cells(rates[row.name]))
+        table.add_row(*_row(part, row, rates))
     return table
 
 
@@ -241,10 +257,15 @@ def _markdown(
         "",
     ]
     for part in parts:
-        cells = [f"| {row.name} | {' | '.join(_cells(rates[row.name]))} |" for row in part.rows]
-        lines += [f"| what | {part.unit}, median of {ROUNDS} | range |", "|---|---:|---:|", *cells]
+        headers = _headers(part)
+        lines += [_line(headers), f"|---|{'---:|' * (len(headers) - 1)}"]
+        lines += [_line(_row(part, row, rates)) for row in part.rows]
         lines += ["", part.note] if part.note else [""]
     return "\n".join(lines)
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
 
 
 if __name__ == "__main__":
