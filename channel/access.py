@@ -11,7 +11,7 @@ from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.keyed_random.draws import Purpose, uniforms
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -61,7 +61,9 @@ class Access:
         """Which of those that have a frame may send it, (n,): congestion control may say no."""
         return speaks if self._dcc is None else self._dcc.allowed(speaks, sent_ns)
 
-    def air(self, rows: Rows, reach: Pairs, sends: Bools, sequence: Ints, scene: Scene) -> Airing:
+    def air(
+        self, frames: SentFrames, reach: Pairs, sends: Bools, sequence: Ints, scene: Scene
+    ) -> Airing:
         """Send the frames of a cycle; reach: who is in range of whom; sends, sequence: (n,)."""
         senses = reach
         if self._range_m is not None:
@@ -82,7 +84,7 @@ class Access:
         )
         airing = Airing(
             wait_ns=np.where(start_ns >= 0, start_ns - ready_ns, 0),
-            collided=collided(rows, start_ns, hearing, self.on_air_ns),
+            collided=collided(frames, start_ns, hearing, self.on_air_ns),
             busy_ratio=busy_ratio(start_ns, hearing, self.on_air_ns, self._period_ns),
         )
         if self._dcc is not None:
@@ -95,7 +97,7 @@ class Access:
         return np.floor(share * self._period_ns).astype(np.int64)
 
 
-def collided(rows: Rows, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bools:
+def collided(frames: SentFrames, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bools:
     """Which frames (r,) meet another one at their receiver, find it sending, or never began.
 
     start_ns (n,): -1 for stations that do not send.
@@ -120,8 +122,8 @@ def collided(rows: Rows, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bo
     disturbed = np.full((n, disturbs.shape[1]), _ALL)
     disturbed[senders] = np.bitwise_or.reduceat(disturbs, first, axis=0)
     # Look up the bit of each frame's receiver: station d is bit d % 64 of word d // 64.
-    word, bit = rows.destination >> 6, rows.destination & 63
-    found: Bools = (disturbed[rows.source, word] >> bit.astype(np.uint64)) & np.uint64(1) > 0
+    word, bit = frames.destination >> 6, frames.destination & 63
+    found: Bools = (disturbed[frames.source, word] >> bit.astype(np.uint64)) & np.uint64(1) > 0
     return found
 
 

@@ -14,7 +14,7 @@ from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.transmission import Transmission, Transmitted
-from zenvoy.links.rows import Scene
+from zenvoy.links.sent_frames import Scene
 from zenvoy.scenarios import Scenario
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
@@ -67,9 +67,9 @@ class Channel:
         position = np.array(positions.position)
         scene = Scene(positions.cycle, positions.time_ns, position, self._ring_length_m)
         transmitted = self._transmission.of(speaks, sequence, scene)
-        rows, outcomes = transmitted.rows, transmitted.outcomes
+        frames, outcomes = transmitted.frames, transmitted.outcomes
         payloads = {vehicle: sent.payload for vehicle, sent in on_air.items()}
-        self.air.send(payloads, rows.source, rows.destination, outcomes.arrived_ns)
+        self.air.send(payloads, frames.source, frames.destination, outcomes.arrived_ns)
         return _links(scene, transmitted)
 
 
@@ -81,17 +81,17 @@ def _links(scene: Scene, sent: Transmitted) -> Envelope:
 
 def frame_table(scene: Scene, sent: Transmitted) -> bytes:
     """Return the table of the frames of a cycle, as it is logged: a serialized pb.Frames."""
-    rows, outcomes = sent.rows, sent.outcomes
+    frames, outcomes = sent.frames, sent.outcomes
     return _FRAMES.encode(
         cycle=scene.cycle,
         time_ns=scene.sent_ns,
-        source=rows.source + 1,
-        destination=rows.destination + 1,
-        sequence=rows.sequence,
-        sent_ns=np.full(len(rows.source), scene.sent_ns),
+        source=frames.source + 1,
+        destination=frames.destination + 1,
+        sequence=frames.sequence,
+        sent_ns=np.full(len(frames.source), scene.sent_ns),
         arrived_ns=outcomes.arrived_ns,
         latency_ns=outcomes.latency_ns,
-        distance=rows.distance,
+        distance=frames.distance,
         outcome=outcomes.outcome,
         **({} if sent.busy_ratio is None else {"busy_ratio": sent.busy_ratio}),
         **({} if sent.hops is None else {"hops": sent.hops}),

@@ -12,7 +12,7 @@ from zenvoy.channel.latency import Latencies
 from zenvoy.channel.loss import Losses
 from zenvoy.channel.where import Where
 from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -81,45 +81,47 @@ class Conditions:
             return None
         return latency.least_ns, latency.greatest_ns
 
-    def of(self, rows: Rows, scene: Scene) -> Impairments:
+    def of(self, frames: SentFrames, scene: Scene) -> Impairments:
         """Return what impairs each frame of a cycle."""
-        count = len(rows.source)
+        count = len(frames.source)
         chance = share = np.zeros(count)
         if self._draws:
-            chance, share = self._fates.of_links(*rows.link)
-        covered = self._covered(rows, scene)
+            chance, share = self._fates.of_links(*frames.link)
+        covered = self._covered(frames, scene)
         lost, damaged = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
         for number, chosen in _portions(list(self._losses), covered, count):
-            loss, some = self._losses[number], rows.only(chosen)
+            loss, some = self._losses[number], frames.only(chosen)
             lost[chosen] = loss.lost(some, scene, chance[chosen])
             damaged[chosen] = loss.damaged(some, scene)
         nothing = np.zeros(count, dtype=np.bool_)
-        return Impairments(lost, damaged, nothing, *self._latency(rows, covered, share))
+        return Impairments(lost, damaged, nothing, *self._latency(frames, covered, share))
 
-    def copies(self, rows: Rows, scene: Scene) -> tuple[Bools, Impairments]:
+    def copies(self, frames: SentFrames, scene: Scene) -> tuple[Bools, Impairments]:
         """Return which of the frames come twice, and what impairs their second copies."""
-        chance, share = self._copies.of_links(*rows.link)
+        chance, share = self._copies.of_links(*frames.link)
         twice = chance < self._duplicate
-        some = rows.only(twice)
+        some = frames.only(twice)
         nothing = np.zeros(len(some.source), dtype=np.bool_)
         covered = self._covered(some, scene)
         return twice, Impairments(
             nothing, nothing, nothing, *self._latency(some, covered, share[twice])
         )
 
-    def _latency(self, rows: Rows, covered: dict[int, Bools], share: Floats) -> tuple[Ints, Bools]:
+    def _latency(
+        self, frames: SentFrames, covered: dict[int, Bools], share: Floats
+    ) -> tuple[Ints, Bools]:
         latency_ns = np.zeros(len(share), dtype=np.int64)
         ordered = np.zeros(len(share), dtype=np.bool_)
         for number, chosen in _portions(list(self._latencies), covered, len(share)):
             latency = self._latencies[number]
-            latency_ns[chosen] = latency.of(rows.only(chosen), share[chosen])
+            latency_ns[chosen] = latency.of(frames.only(chosen), share[chosen])
             ordered[chosen] = latency.ordered
         return latency_ns, ordered
 
-    def _covered(self, rows: Rows, scene: Scene) -> dict[int, Bools]:
+    def _covered(self, frames: SentFrames, scene: Scene) -> dict[int, Bools]:
         """The rows that each rule applies to, by its number."""
         found = {
-            number: where.covers(rows.source, rows.destination, scene.position, scene.sent_ns)
+            number: where.covers(frames.source, frames.destination, scene.position, scene.sent_ns)
             for number, where in self._where.items()
         }
         return {number: mask for number, mask in found.items() if mask is not None}

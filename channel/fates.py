@@ -1,7 +1,7 @@
-"""What becomes of frames on some links of many runs at once: in which cycle they are heard.
+"""The channel on some links of many runs at once: the cycle in which each frame is delivered.
 
-As `transmission.Transmission` has it for all links of one run, and by the same parts. It serves
-channels without carrier sense, relays and duplicates.
+`transmission.Transmission` does the same for all links of one run, by the same parts. This module
+is for channels without carrier sense, relays and duplicates.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import pairs
 from zenvoy.links.distance import distance
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -28,7 +28,10 @@ NEVER: Final = -1
 
 
 class Fates:
-    """Of frames from `source` to `destination`, (r,): indices over the vehicles of all runs."""
+    """Decides when frames from `source` to `destination` are delivered.
+
+    Both are indices (r,) over the vehicles of all runs.
+    """
 
     def __init__(self, scenarios: tuple[Scenario, ...], source: Ints, destination: Ints) -> None:
         first = scenarios[0]
@@ -44,49 +47,50 @@ class Fates:
         self._always = self._certain(first)
 
     def heard(self, cycle: int, speaks: Bools, sequence: Ints, position: Floats) -> Ints | int:
-        """Return in which cycle each of the frames of `cycle` is heard, (r,); NEVER: in none.
+        """Return the cycle in which each frame of `cycle` is delivered, (r,), or NEVER.
 
-        speaks, sequence, position (m): of all vehicles, (runs · n,). One number: for all frames.
+        It is a single number if it is the same for all frames. speaks, sequence and position (m)
+        cover all vehicles, (runs · n,).
         """
         if self._always is not None and speaks.all():
             return cycle + self._always
-        rows = self._rows(sequence, position)
-        sent = speaks[rows.source]
+        frames = self._frames(sequence, position)
+        sent = speaks[frames.source]
         if sent.all():
-            return self._cycles(cycle, rows, self._turns(position), position)
+            return self._cycles(cycle, frames, self._turns(position), position)
         heard = np.full(len(sent), NEVER)
         turns_of = np.broadcast_to(self._turns(position), sent.shape)[sent]
-        heard[sent] = self._cycles(cycle, rows.only(sent), turns_of, position)
+        heard[sent] = self._cycles(cycle, frames.only(sent), turns_of, position)
         return heard
 
-    def _cycles(self, cycle: int, rows: Rows, turn: Ints | int, position: Floats) -> Ints:
-        """In which cycle frames that were sent are heard, (r,)."""
+    def _cycles(self, cycle: int, frames: SentFrames, turn: Ints | int, position: Floats) -> Ints:
+        """Return the cycle in which each frame is delivered, (r,), or NEVER."""
         sent_ns = cycle * self._period_ns
         scene = Scene(cycle, sent_ns, position, self._ring_length_m)
-        found = self._conditions.of(rows, scene)
-        gone = found.lost | found.damaged | (rows.distance > self._medium.technology.range_m)
-        outages = self._outages.lost(rows.source, rows.destination, position, sent_ns)
+        found = self._conditions.of(frames, scene)
+        gone = found.lost | found.damaged | (frames.distance > self._medium.technology.range_m)
+        outages = self._outages.lost(frames.source, frames.destination, position, sent_ns)
         if outages is not None:
             gone |= outages
         on_air_ns = self._medium.frame_time_ns * turn
         arrived_ns = np.where(gone, -1, sent_ns + found.latency_ns + on_air_ns)
         if found.ordered.any():
-            ends = rows.source, rows.destination
+            ends = frames.source, frames.destination
             arrived_ns = self._in_order.held(*ends, arrived_ns, found.ordered)
         return np.where(gone, NEVER, self._delivered(cycle, arrived_ns))
 
     def _delivered(self, cycle: int, arrived_ns: Ints) -> Ints:
-        """The first delivery after a frame was sent that comes no earlier than it arrives."""
+        """Return the cycle of the first delivery after a frame is sent and has arrived."""
         soonest = cycle if self._wait_ns else cycle + 1
         return np.maximum(soonest, -((self._wait_ns - arrived_ns) // self._period_ns))
 
-    def _rows(self, sequence: Ints, position: Floats) -> Rows:
+    def _frames(self, sequence: Ints, position: Floats) -> SentFrames:
         source, destination = self._source, self._destination
         apart = distance(position[source], position[destination], self._ring_length_m)
-        return Rows(source, destination, apart, sequence[source])
+        return SentFrames(source, destination, apart, sequence[source])
 
     def _turns(self, position: Floats) -> Ints | int:
-        """Which copy of its sender's each frame is, from 1."""
+        """Return the number of each frame among its sender's copies, from 1."""
         if self._medium.technology.broadcast:
             return 1
         range_m, size = self._medium.technology.range_m, self._size
@@ -97,7 +101,7 @@ class Fates:
         return np.asarray(turn[self._source, self._destination % size])
 
     def _certain(self, scenario: Scenario) -> int | None:
-        """After how many cycles each frame is heard, where that is the same for all; else None."""
+        """Return the number of cycles until delivery if it is the same for all frames, or None."""
         channel, length_m = scenario.channel, self._ring_length_m
         technology = self._medium.technology
         if channel.outages or length_m is None or length_m > 2.0 * technology.range_m:

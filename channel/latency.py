@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.keyed_random.draws import Seeds
 from zenvoy.links.distribution import greatest_ns
-from zenvoy.links.rows import Rows
+from zenvoy.links.sent_frames import SentFrames
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency
 
@@ -37,6 +37,6 @@ class Latencies:
         self.ordered = not latency.reorder
         self.draws = not distribution.constant(technology_ms)
 
-    def of(self, rows: Rows, share: Floats) -> Ints:
+    def of(self, frames: SentFrames, share: Floats) -> Ints:
         """Return latencies, ns, (r,); `share`: a draw in [0, 1) for each."""
-        return self._delays(share) + self._offsets.of(rows)
+        return self._delays(share) + self._offsets.of(frames)

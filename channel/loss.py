@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
 from zenvoy.links.loss_model import Effect, Judge
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.links.table import loss_models
 from zenvoy.scenarios import Loss
 
@@ -36,23 +36,23 @@ class Losses:
         """Whether `chance` counts."""
         return bool(self._judges[Effect.LOSS_CHANCE])
 
-    def lost(self, rows: Rows, scene: Scene, chance: Floats) -> Bools:
+    def lost(self, frames: SentFrames, scene: Scene, chance: Floats) -> Bools:
         """Return which frames are lost, (r,); `chance`: a draw in [0, 1) for each."""
-        lost = np.asarray(chance < self._probability(Effect.LOSS_CHANCE, rows, scene))
+        lost = np.asarray(chance < self._probability(Effect.LOSS_CHANCE, frames, scene))
         for judge in self._judges[Effect.LOSS]:
-            lost |= judge(rows, scene)
+            lost |= judge(frames, scene)
         return lost
 
-    def damaged(self, rows: Rows, scene: Scene) -> Bools:
+    def damaged(self, frames: SentFrames, scene: Scene) -> Bools:
         """Return which frames come damaged, (r,), lost or not."""
         if not self._judges[Effect.DAMAGE_CHANCE]:
-            return np.zeros(len(rows.source), dtype=np.bool_)
-        chance, _ = self._corruption.of_links(*rows.link)
-        return np.asarray(chance < self._probability(Effect.DAMAGE_CHANCE, rows, scene))
+            return np.zeros(len(frames.source), dtype=np.bool_)
+        chance, _ = self._corruption.of_links(*frames.link)
+        return np.asarray(chance < self._probability(Effect.DAMAGE_CHANCE, frames, scene))
 
-    def _probability(self, effect: Effect, rows: Rows, scene: Scene) -> float | Floats:
+    def _probability(self, effect: Effect, frames: SentFrames, scene: Scene) -> float | Floats:
         """That any of the models of an effect takes the frame, each for itself."""
         p: float | Floats = 0.0
         for judge in self._judges[effect]:
-            p = p + (1.0 - p) * judge(rows, scene)
+            p = p + (1.0 - p) * judge(frames, scene)
         return p

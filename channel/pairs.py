@@ -15,7 +15,10 @@ Floats = NDArray[np.float64]
 
 
 class Pairs(NamedTuple):
-    """Rows by source, then destination, as indices from 0; distance (m) along the road."""
+    """Ordered pairs of vehicles, by source, then destination, (r,).
+
+    The ends are indices from 0, and distance (m) is along the road.
+    """
 
     source: Ints
     destination: Ints
@@ -23,12 +26,12 @@ class Pairs(NamedTuple):
     in_range: NDArray[np.bool_]
 
     def only(self, chosen: NDArray[np.bool_]) -> Pairs:
-        """Those of the rows."""
+        """Return some of the pairs."""
         return Pairs._make(column[chosen] for column in self)
 
 
 def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pairs:
-    """Every ordered pair within `range_m`, and each vehicle's neighbours in the row even if not.
+    """Return every ordered pair within `range_m`, and each vehicle with its neighbours in any case.
 
     `position` (n,): m along the road, not wrapped. The cost grows with the vehicles in range: a
     neighbour out of range is worth a row, for it explains what a controller misses; a vehicle far

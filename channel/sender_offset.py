@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
-from zenvoy.links.rows import Rows
+from zenvoy.links.sent_frames import SentFrames
 from zenvoy.scenarios import SenderOffset
 
 Ints = NDArray[np.int64]
@@ -40,15 +40,15 @@ class SenderOffsets:
         """Whether there are any."""
         return self._max_ns > 0
 
-    def of(self, rows: Rows) -> Ints:
+    def of(self, frames: SentFrames) -> Ints:
         """Offsets of these frames, ns, (r,). A sender's numbers never fall from call to call."""
         if self._max_ns == 0:
-            return np.zeros(len(rows.source), dtype=np.int64)
+            return np.zeros(len(frames.source), dtype=np.int64)
         newest = np.full(self._size, -1)
-        newest[rows.source] = rows.sequence
+        newest[frames.source] = frames.sequence
         while (behind := np.flatnonzero(self._next <= newest)).size:  # once, as a rule
             self._step(behind)
-        return self._offset_ns[rows.source]
+        return self._offset_ns[frames.source]
 
     def _step(self, sender: Ints) -> None:
         """The next frame of each."""

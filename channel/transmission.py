@@ -16,7 +16,7 @@ from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
 from zenvoy.links.distance import distance
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Scenario
 
 Ints = NDArray[np.int64]
@@ -25,13 +25,13 @@ Bools = NDArray[np.bool_]
 
 
 class Transmitted(NamedTuple):
-    """What became of the frames of a cycle: rows and outcomes in parallel.
+    """What became of the frames of a cycle. Frames and outcomes are parallel.
 
     hops (r,): links that a frame went over; None where none is relayed. busy_ratio (n,): how busy
     each vehicle sensed the medium; None without carrier sense.
     """
 
-    rows: Rows
+    frames: SentFrames
     outcomes: Outcomes
     hops: Ints | None
     busy_ratio: Floats | None
@@ -70,23 +70,25 @@ class Transmission:
         everyone = reach
         if not sends.all():
             reach = reach.only(sends[reach.source])
-        rows = Rows(reach.source, reach.destination, reach.distance, sequence[reach.source])
-        impairments = self._conditions.of(rows, scene)
-        outages = self._outages.lost(rows.source, rows.destination, scene.position, scene.sent_ns)
+        frames = SentFrames(reach.source, reach.destination, reach.distance, sequence[reach.source])
+        impairments = self._conditions.of(frames, scene)
+        outages = self._outages.lost(
+            frames.source, frames.destination, scene.position, scene.sent_ns
+        )
         if outages is not None:
             impairments = impairments._replace(lost=impairments.lost | outages)
         busy_ratio = hops = None
         if self._access is not None:
-            airing = self._access.air(rows, everyone, sends, sequence, scene)
-            latency_ns = impairments.latency_ns + airing.wait_ns[rows.source]
+            airing = self._access.air(frames, everyone, sends, sequence, scene)
+            latency_ns = impairments.latency_ns + airing.wait_ns[frames.source]
             impairments = impairments._replace(latency_ns=latency_ns, collided=airing.collided)
             busy_ratio = airing.busy_ratio
         outcomes = self._outcomes(reach, impairments, scene)
         if self._duplicates:
-            rows, outcomes = self._with_copies(reach, rows, outcomes, scene)
+            frames, outcomes = self._with_copies(reach, frames, outcomes, scene)
         if self._relay_hops > 1:
-            rows, outcomes, hops = self._with_relayed(rows, outcomes, sequence, scene)
-        return Transmitted(rows, outcomes, hops, busy_ratio)
+            frames, outcomes, hops = self._with_relayed(frames, outcomes, sequence, scene)
+        return Transmitted(frames, outcomes, hops, busy_ratio)
 
     def _outcomes(self, reach: Pairs, impairments: Impairments, scene: Scene) -> Outcomes:
         deadline_ns = scene.sent_ns + self._in_time_ns
@@ -95,48 +97,50 @@ class Transmission:
         )
 
     def _with_copies(
-        self, reach: Pairs, rows: Rows, outcomes: Outcomes, scene: Scene
-    ) -> tuple[Rows, Outcomes]:
+        self, reach: Pairs, frames: SentFrames, outcomes: Outcomes, scene: Scene
+    ) -> tuple[SentFrames, Outcomes]:
         """The frames, and after them the second copies of some that get through."""
         through = outcomes.arrived_ns >= 0
-        twice, impairments = self._conditions.copies(rows.only(through), scene)
+        twice, impairments = self._conditions.copies(frames.only(through), scene)
         through[through] = twice
         copies = self._outcomes(reach.only(through), impairments, scene)
         copies.outcome[:] = pb.OUTCOME_DUPLICATE
-        return _below(rows, outcomes, rows.only(through), copies)
+        return _below(frames, outcomes, frames.only(through), copies)
 
     def _with_relayed(
-        self, rows: Rows, outcomes: Outcomes, sequence: Ints, scene: Scene
-    ) -> tuple[Rows, Outcomes, Ints]:
+        self, frames: SentFrames, outcomes: Outcomes, sequence: Ints, scene: Scene
+    ) -> tuple[SentFrames, Outcomes, Ints]:
         """The frames, and after them those that others have passed on; and the hops of each."""
         first = (outcomes.outcome != pb.OUTCOME_OUT_OF_RANGE) & (
             outcomes.outcome != pb.OUTCOME_DUPLICATE
         )
-        direct = Hop(rows.source[first], rows.destination[first], outcomes.latency_ns[first])
+        direct = Hop(frames.source[first], frames.destination[first], outcomes.latency_ns[first])
         relayed = relay(direct, self._size, self._relay_hops)
         ends = (relayed.source, relayed.destination)
         source, destination = (scene.position[end] for end in ends)
         apart = distance(source, destination, scene.ring_length_m)
-        passed_on = Rows(*ends, apart, sequence[relayed.source])
+        passed_on = SentFrames(*ends, apart, sequence[relayed.source])
         arrives = relayed.latency_ns >= 0
         arrived_ns = np.where(arrives, scene.sent_ns + relayed.latency_ns, -1)
         in_time = relayed.latency_ns <= self._in_time_ns
         outcome = np.where(in_time, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
         outcome[~arrives] = pb.OUTCOME_LOST
         # Told of already as out of range: now they are not.
-        code = rows.source * self._size + rows.destination
+        code = frames.source * self._size + frames.destination
         kept = ~np.isin(code, ends[0] * self._size + ends[1])
         some = Outcomes(relayed.latency_ns, arrived_ns, outcome.astype(np.uint32))
         hops = np.concatenate([np.ones(int(kept.sum()), dtype=np.int64), relayed.hops])
         outcomes = Outcomes._make(column[kept] for column in outcomes)
-        return (*_below(rows.only(kept), outcomes, passed_on, some), hops)
+        return (*_below(frames.only(kept), outcomes, passed_on, some), hops)
 
 
 def _below(
-    rows: Rows, outcomes: Outcomes, more_rows: Rows, more_outcomes: Outcomes
-) -> tuple[Rows, Outcomes]:
+    frames: SentFrames, outcomes: Outcomes, more_frames: SentFrames, more_outcomes: Outcomes
+) -> tuple[SentFrames, Outcomes]:
     """Tables one below the other."""
-    return Rows._make(_joined(rows, more_rows)), Outcomes._make(_joined(outcomes, more_outcomes))
+    return SentFrames._make(_joined(frames, more_frames)), Outcomes._make(
+        _joined(outcomes, more_outcomes)
+    )
 
 
 def _joined(

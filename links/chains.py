@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.links.link_table import LinkTable
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -41,6 +41,6 @@ class Chains:
         states[rows], numbers[rows] = state, at
         return lost
 
-    def judge(self, rows: Rows, _scene: Scene) -> Bools:
+    def judge(self, frames: SentFrames, _scene: Scene) -> Bools:
         """Return which of the frames are lost, (r,), as a loss model does."""
-        return self.lost(rows.source, rows.destination, rows.sequence)
+        return self.lost(frames.source, frames.destination, frames.sequence)

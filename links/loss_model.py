@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.keyed_random.draws import Draws, Seeds, numbered
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -42,7 +42,7 @@ class Disagreement(NamedTuple):
     related: tuple[str, ...] = ()
 
 
-Judge = Callable[[Rows, Scene], Any]
+Judge = Callable[[SentFrames, Scene], Any]
 """From the frames of a cycle (r,), and where everyone is, to what `Effect` says: floats in [0, 1]
 or booleans (r,), or one for all. It is called once a cycle, with the frames that it applies to."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.keyed_random.draws import Draws
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,12 +30,12 @@ class Shadowing:
         self._code = np.zeros(0, dtype=np.int64)
         self._value, self._low_at, self._high_at = (np.zeros(0) for _ in range(3))
 
-    def of(self, rows: Rows, scene: Scene) -> Floats:
+    def of(self, frames: SentFrames, scene: Scene) -> Floats:
         """Shadowing, dB, (r,), in a cycle; call it once for each."""
         if self._std_db == 0.0:
-            return np.zeros(len(rows.source))
-        low = np.minimum(rows.source, rows.destination)
-        high = np.maximum(rows.source, rows.destination)
+            return np.zeros(len(frames.source))
+        low = np.minimum(frames.source, frames.destination)
+        high = np.maximum(frames.source, frames.destination)
         code, back = np.unique(low * self._size + high, return_inverse=True)
         low, high = np.divmod(code, self._size)
         value = self._moved(code, low, high, scene)

@@ -16,7 +16,8 @@ from zenvoy.bus.agent import Log
 from zenvoy.bus.log_format import Fingerprint
 from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, RADAR, TRUTH, Topic
 from zenvoy.fleet.arrays.batch import Batch, Cycle
-from zenvoy.fleet.arrays.columns import Array, Column, columns_of, needs_whole
+from zenvoy.fleet.arrays.columns import Column, columns_of, needs_whole
+from zenvoy.fleet.arrays.estimates import Array
 from zenvoy.fleet.arrays.happenings import Happenings
 from zenvoy.fleet.arrays.log import RunLog
 from zenvoy.fleet.labels import metadata_without_log
@@ -28,7 +29,7 @@ Wanted = Mapping[str, Sequence[str]]
 Columns = dict[str, dict[str, Column]]
 
 LIMIT_BYTES: Final = 320 << 20
-"""Memory for the columns of a batch: 30 runs of the paper, of which a digest is made, fit in."""
+"""Memory for the columns of a batch: the digests of 30 runs of the paper need 282 MiB."""
 
 _DTYPES: Final = {
     topic: codec.fields() for topic, codec in TABLES.items() if topic != CLOCK.log_name
@@ -42,16 +43,16 @@ def run_batch(
     fingerprints: bool = False,
     limit_bytes: int = LIMIT_BYTES,
 ) -> Iterator[Run]:
-    """Yield the runs of scenarios that differ in nothing but their seed, in their order.
+    """Yield the runs of scenarios that differ only in their seed, in their order.
 
-    Their tables have `cycle`, `time_ns` and the columns that are wanted, bit by bit as a log of the
-    in-process bus has them; their events, too. At most `limit_bytes` are held at a time: what is
-    wanted is split into batches, and a batch is freed when none of its runs is used any more.
-    fingerprints: make every message that a log would have, and so each run's fingerprint, which
+    Their tables have `cycle`, `time_ns` and the wanted columns. Tables and events have the same
+    bits as in a log of the in-process bus. The runs are split into batches whose columns take at
+    most `limit_bytes`, or into single runs. A batch is freed when none of its runs is used any
+    more. With `fingerprints`, each run gets its fingerprint. This makes every message of a log, and
     takes many times as long.
 
-    Raises ValueError for a column that these runs do not have, LawError where a law fails, and
-    NotCoveredError where only arrays fail.
+    Raises ValueError for a column that these runs do not have, LawError if a law fails, and
+    NotCoveredError if a law fails only on arrays.
     """
     columns = _wanted([loaded.scenario for loaded in runs], wanted)
     for some in parts(runs, wanted, limit_bytes):
@@ -61,7 +62,7 @@ def run_batch(
 def parts(
     runs: Sequence[Loaded], wanted: Wanted, limit_bytes: int = LIMIT_BYTES
 ) -> list[Sequence[Loaded]]:
-    """Return the runs in parts of about equal size, of which none takes more than the limit."""
+    """Return the runs in parts of about equal size, each within the limit if it can be."""
     most = max(1, limit_bytes // bytes_of_run(runs[0].scenario, wanted))
     count = math.ceil(len(runs) / most)
     return [
@@ -70,13 +71,13 @@ def parts(
 
 
 def bytes_of_run(scenario: Scenario, wanted: Wanted) -> int:
-    """Return the memory that the wanted columns of a run take."""
+    """Return the memory that the wanted columns of a run take, in bytes."""
     values = sum(_dtype(topic, name).itemsize for topic, names in wanted.items() for name in names)
     return (scenario.cycles + 1) * (scenario.fleet.size * values + 12 * len(_DTYPES))
 
 
 def _wanted(scenarios: Sequence[Scenario], wanted: Wanted) -> Columns:
-    """Return the wanted columns. Whether MBCM is in a fleet may depend on the seed."""
+    """Return the wanted columns. A seed may decide whether a fleet has MBCM, and so its columns."""
     known: Columns = {}
     for scenario in scenarios:
         for topic, columns in columns_of(scenario).items():
@@ -89,7 +90,7 @@ def _wanted(scenarios: Sequence[Scenario], wanted: Wanted) -> Columns:
 
 
 def _dtype(topic: str, name: str) -> np.dtype[np.generic]:
-    """Type of a column, as in a log; laws log float64."""
+    """Return the type of a column, as in a log; laws log float64."""
     fields = _DTYPES[topic]
     return fields[name][0] if name in fields else np.dtype(np.float64)
 
@@ -148,7 +149,7 @@ def _into(fingerprint: Fingerprint) -> Log:
 
 
 class _Filled:
-    """Columns of all runs of a batch, (runs, rows, n), filled cycle by cycle."""
+    """The columns of all runs of a batch, (runs, rows, n), which are filled cycle by cycle."""
 
     def __init__(self, scenario: Scenario, runs: int, columns: Columns) -> None:
         self._columns = columns
@@ -167,7 +168,7 @@ class _Filled:
         self._wait_ns = scenario.v2v_wait_ns
 
     def take(self, cycle: Cycle) -> None:
-        """Fill the rows of a cycle; after the last one only truth has a row."""
+        """Fill the rows of a cycle; after the last cycle only truth has a row."""
         for topic, names in self._columns.items():
             if cycle.number < self._rows(topic):
                 for name, column in names.items():
@@ -177,11 +178,10 @@ class _Filled:
     def tables(
         self, run: int, its: Columns, stopped: int | None, lookahead: int
     ) -> dict[str, Table]:
-        """Return the tables of a run. its: all columns that its log would have.
+        """Return the tables of a run, of which `its` are the columns that its log would have.
 
-        stopped: the cycle at which a collision has ended it.
-
-        The log of such a run ends with what the world knows of by then.
+        stopped is the cycle in which a collision has ended the run. Its log has only the decisions
+        that the world has received by then.
         """
         last = self._cycles if stopped is None else stopped
         decided = last if stopped is None else max(0, last - lookahead)

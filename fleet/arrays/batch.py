@@ -1,4 +1,4 @@
-"""Runs of one scenario side by side, cycle by cycle, for as many seeds as are asked for."""
+"""Runs of one scenario with several seeds, side by side, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -6,27 +6,26 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zenvoy.fleet.arrays.deliveries import Deliveries
 from zenvoy.fleet.arrays.estimates import Estimates
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
 from zenvoy.vehicles.arrays.decisions import Decisions
-from zenvoy.vehicles.arrays.vehicles import Readings, Vehicles
+from zenvoy.vehicles.arrays.rows import Floats
+from zenvoy.vehicles.arrays.vehicles import Senses, Vehicles
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.sensors import SensorSet
 
-Floats = NDArray[np.float64]
-
 
 class Cycle(NamedTuple):
-    """What a cycle was, of all runs; everything but `collided` is an array (runs · n,).
+    """A cycle of all runs. The arrays have an entry for each vehicle of each run, (runs · n,).
 
-    truth: position (m), speed (m/s), mean acceleration (m/s²) at its start. collided: run and
-    index of those who have just run into the vehicle ahead. readings and decisions are None after
-    the last cycle, which only moves the truth to the end. estimates: columns of /fleet/estimate, of
-    which some are those of every vehicle in a `whole` batch only.
+    position (m), speed (m/s) and acceleration (mean, m/s²) are the truth at its start. collided
+    lists the vehicles that have just run into the vehicle ahead, by run and index. senses,
+    decisions and estimates are None after the last cycle, which only moves the truth to the end.
+    estimates has the columns of /fleet/estimate. Only a `whole` batch has some of them for every
+    vehicle.
     """
 
     number: int
@@ -34,13 +33,16 @@ class Cycle(NamedTuple):
     speed: Floats
     acceleration: Floats
     collided: list[tuple[int, int]]
-    readings: Readings | None
+    senses: Senses | None
     decisions: Decisions | None
     estimates: Estimates | None = None
 
 
 class Batch:
-    """Scenarios that differ in nothing but their seed. `whole`: everything that a log tells."""
+    """Runs of scenarios that differ only in their seed, one cycle after the other.
+
+    A `whole` batch also computes what nobody acts on, but a log contains.
+    """
 
     def __init__(self, scenarios: Sequence[Scenario], *, whole: bool = False) -> None:
         first = scenarios[0]
@@ -55,11 +57,11 @@ class Batch:
         links = self.vehicles.links_in_use
         behind = self.vehicles.links.behind[0]
         if whole and behind not in links:
-            links.append(behind)  # a log tells the age of what came on it
+            links.append(behind)  # a log has the age of its newest beacon
         self._deliveries = Deliveries(scenarios, links)
 
     def cycles(self) -> Iterator[Cycle]:
-        """Yield every cycle, and at last the end. The caller may stop at any time."""
+        """Yield every cycle, and then the end. The caller may stop at any time."""
         first, fleet, vehicles = self._first, self._fleet, self.vehicles
         shape = fleet.speed.shape
         period_ns = first.period_ns
@@ -71,14 +73,14 @@ class Batch:
                 yield Cycle(number, *truth, collided, None, None)
                 return
             read = self._sensors.read(number, fleet.gaps, fleet.position, fleet.speed)
-            readings = Readings(
+            senses = Senses(
                 position=read.position.ravel(),
                 speed=read.speed.ravel(),
                 acceleration=truth[2],
                 gap=read.gap.ravel(),
                 relative_speed=read.relative_speed.ravel(),
             )
-            beacons = vehicles.sense(readings)
+            beacons = vehicles.sense(senses)
             self._deliveries.send(number, beacons, *self._beaconing.at(number), truth[0])
             for link, sent, to, which in self._deliveries.due(number):
                 vehicles.hear(link, sent, to, which)
@@ -86,4 +88,4 @@ class Batch:
             commands = decisions.acceleration.reshape(shape)
             fleet.command_all(number * period_ns + effect_ns, commands)
             estimates = Estimates(vehicles, decisions)
-            yield Cycle(number, *truth, collided, readings, decisions, estimates)
+            yield Cycle(number, *truth, collided, senses, decisions, estimates)

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, RADAR, TRUTH
 from zenvoy.fleet.arrays.batch import Cycle
-from zenvoy.fleet.arrays.estimates import ESTIMATES, NEIGHBOURS, OF_WHOLE
+from zenvoy.fleet.arrays.estimates import ESTIMATES, NEIGHBOURS, OF_WHOLE, Array
 from zenvoy.laws import law_of
 from zenvoy.scenarios import Scenario, modes, roster
 from zenvoy.vehicles.arrays.decisions import Decisions
-from zenvoy.vehicles.arrays.vehicles import Readings
+from zenvoy.vehicles.arrays.vehicles import Senses
 
-Array = NDArray[Any]
 Column = Callable[[Cycle], Array]
-"""Returns a column for all vehicles of a batch, (runs · n,), in a cycle that has it."""
+"""A function that returns a column for all vehicles of a batch, (runs · n,), in a cycle."""
 
 _TRUTH: Final[dict[str, Column]] = {
     "position": lambda cycle: cycle.position,
@@ -29,10 +27,10 @@ _TRUTH: Final[dict[str, Column]] = {
 
 
 def columns_of(scenario: Scenario) -> dict[str, dict[str, Column]]:
-    """Return the columns that the logs of runs of a scenario have, but for cycle and time."""
+    """Return the columns of a run's log, except cycle and time."""
     return {
         TRUTH.log_name: dict(_TRUTH),
-        RADAR.log_name: {name: partial(_read, name) for name in Readings._fields},
+        RADAR.log_name: {name: partial(_sensed, name) for name in Senses._fields},
         ESTIMATE.log_name: {**estimate_columns(scenario), **dict(logged_columns(scenario))},
         FLEET_COMMAND.log_name: {
             "acceleration": _commanded,
@@ -42,7 +40,7 @@ def columns_of(scenario: Scenario) -> dict[str, dict[str, Column]]:
 
 
 def estimate_columns(scenario: Scenario) -> dict[str, Column]:
-    """Return the columns of /fleet/estimate but for what laws log."""
+    """Return the columns of /fleet/estimate, except the values that laws log."""
     names = list(ESTIMATES)
     if any(law_of(model).needs.sides for one in roster(scenario) for model in one.models):
         names.append(NEIGHBOURS)
@@ -59,12 +57,12 @@ def logged_columns(scenario: Scenario) -> list[tuple[str, Column]]:
 
 
 def needs_whole(topic: str, name: str) -> bool:
-    """Whether only a `whole` batch knows a column of every vehicle."""
+    """Return whether only a `whole` batch has a column for every vehicle."""
     return topic == ESTIMATE.log_name and name in OF_WHOLE
 
 
-def _read(name: str, cycle: Cycle) -> Array:
-    values: Array = getattr(cycle.readings, name)
+def _sensed(name: str, cycle: Cycle) -> Array:
+    values: Array = getattr(cycle.senses, name)
     return values
 
 

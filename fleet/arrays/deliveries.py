@@ -1,4 +1,4 @@
-"""Beacons on their way: which of them are heard in which cycle, on every link."""
+"""Beacons under way: the cycle in which each of them is received, on every link."""
 
 from __future__ import annotations
 
@@ -7,19 +7,18 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zenvoy.channel.fates import NEVER, Fates
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
-
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
+from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
 
 
 class Delivery(NamedTuple):
-    """Beacons of a cycle that come on a link; to: to whom, None: to all whom it reaches."""
+    """The beacons of a cycle that a link delivers.
+
+    to is a mask of the receivers; None means every vehicle that the link reaches.
+    """
 
     link: Link
     cycle: int
@@ -28,7 +27,7 @@ class Delivery(NamedTuple):
 
 
 class Deliveries:
-    """Of runs of scenarios that differ in nothing but their seed, on some of their links."""
+    """The channel of runs that differ only in their seed, for some of their links."""
 
     def __init__(self, scenarios: Sequence[Scenario], links: Sequence[Link]) -> None:
         self._links = links
@@ -46,7 +45,7 @@ class Deliveries:
     def send(
         self, cycle: int, beacons: Beacons, speaks: Bools, sequence: Ints, position: Floats
     ) -> None:
-        """Put the beacons of a cycle on the air; the arrays are over all vehicles."""
+        """Put the beacons of a cycle on the air. The arrays cover all vehicles, (runs · n,)."""
         if self._fates is None:
             return
         heard = self._fates.heard(cycle, speaks, sequence, position)
@@ -61,7 +60,7 @@ class Deliveries:
         self._beacons[cycle] = beacons
 
     def due(self, cycle: int) -> Iterator[Delivery]:
-        """Yield what is heard in a cycle, the oldest beacons first."""
+        """Yield the deliveries of a cycle, the oldest beacons first."""
         for sent, to in sorted(self._waiting.pop(cycle, []), key=lambda one: one[0]):
             beacons = self._beacons[sent]
             for number, link in enumerate(self._links):
@@ -71,7 +70,7 @@ class Deliveries:
             del self._still[sent], self._beacons[sent]
 
     def _by_link(self, heard: Bools) -> list[Bools]:
-        """The rows of the frames as a mask over all vehicles for each link."""
+        """Return a mask over all vehicles for each link, from a mask over the frames."""
         masks, at = [], 0
         for link, reach in zip(self._links, self._reach, strict=True):
             mask = np.zeros(len(link.sender), dtype=np.bool_)

@@ -1,4 +1,4 @@
-"""What a log tells of the estimates behind the commands of a cycle."""
+"""The estimates behind the commands of a cycle, as a log has them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Array = NDArray[Any]
 class Estimates:
     """The columns of /fleet/estimate for all vehicles of a batch, (runs · n,), by name.
 
-    A column is put together when it is first asked for, which must be in its own cycle. What a
-    vehicle does not estimate is NaN.
+    A column is computed when it is first used, which must be in its own cycle. It is NaN for a
+    vehicle that does not estimate it.
     """
 
     def __init__(self, vehicles: Vehicles, decisions: Decisions) -> None:
@@ -49,19 +49,19 @@ class Estimates:
 
     @property
     def predicted_speed(self) -> Array:
-        """Own speeds at the effect of the commands, m/s."""
+        """Own speeds when the commands take effect, m/s."""
         predicted = self.vehicles.predicted
         return self._of_estimating(None if predicted is None else predicted.speed)
 
     @property
     def age_ns(self) -> Array:
-        """Age of the data of the vehicle behind; -1: none yet."""
+        """Age of the newest beacon of the vehicle behind, ns; -1 if there is none yet."""
         heard = self.vehicles.links.behind[0].cycle
         since = self.vehicles.cycle - heard
         return np.where(heard < 0, -1, since * self.vehicles.timing.period_ns)
 
     def link(self, side: str) -> tuple[LinkFilters, Known] | None:
-        """Filters of the link to the vehicle `ahead` or `behind`, and what they predict."""
+        """Return filters and predictions of the link to the vehicle `ahead` or `behind`."""
         known, predicted = self.vehicles.estimators, self.vehicles.predicted
         if known is None or predicted is None:
             return None
@@ -70,14 +70,14 @@ class Estimates:
         return known.link_behind, predicted.behind
 
     def of_link(self, side: str, column: Callable[[LinkFilters, Known], Array]) -> Array:
-        """Return a column of a link; NaN where it was not measured yet."""
+        """Return a column of a link; it is NaN where the link has not been measured yet."""
         found = self.link(side)
         if found is None:
             return self._filled(np.nan)
         return np.where(self._measured(found[0]), column(*found), np.nan)
 
     def measured_ns(self, side: str) -> Array:
-        """Time of the newest reading in the estimate of a link; -1: none yet."""
+        """Return the time of the newest reading of a link, ns; -1 if there is none yet."""
         found = self.link(side)
         if found is None:
             return self._filled(-1)
@@ -85,7 +85,7 @@ class Estimates:
         return np.where(self._measured(link), link.measured * self.vehicles.timing.period_ns, -1)
 
     def std(self, covariances: Covariances) -> Array:
-        """Standard deviations of states, put together once."""
+        """Return the standard deviations of states; they are computed once per cycle."""
         found = self._stds.get(id(covariances))
         if found is None:
             found = self._stds[id(covariances)] = covariances.std()
@@ -135,7 +135,7 @@ NEIGHBOURS: Final = "neighbours"
 """The column that only fleets with MBCM have."""
 
 ESTIMATES: Final = tuple(name for name in _COLUMNS if name != NEIGHBOURS)
-"""The columns that every fleet has, as in `FleetEstimate`."""
+"""The columns that every fleet has, as in `pb.FleetEstimate`."""
 
 OF_WHOLE: Final = frozenset({"age_ns", *(name for name in ESTIMATES if "predicted" in name)})
-"""What only a `whole` batch knows of every vehicle, for not every decision needs it."""
+"""The columns that only a `whole` batch has for every vehicle: not every decision needs them."""

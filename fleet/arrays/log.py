@@ -11,7 +11,7 @@ from zenvoy.channel.transmission import Transmission
 from zenvoy.fleet.arrays.batch import Batch, Cycle
 from zenvoy.fleet.arrays.columns import estimate_columns, logged_columns
 from zenvoy.fleet.arrays.happenings import Happenings
-from zenvoy.links.rows import Scene
+from zenvoy.links.sent_frames import Scene
 from zenvoy.scenarios import roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
 from zenvoy.world.rows import radar_row, row_of, truth_row
@@ -19,7 +19,7 @@ from zenvoy.world.sensors import Readings
 
 
 class RunLog:
-    """Takes in the cycles of a `whole` batch; gives what run number `run` of it logs to `log`."""
+    """Writes the messages of one run of a `whole` batch to `log`, cycle by cycle."""
 
     def __init__(self, batch: Batch, run: int, log: Log) -> None:
         scenario = batch.scenarios[run]
@@ -38,7 +38,7 @@ class RunLog:
         """Whether a collision has ended the run."""
 
     def take(self, cycle: Cycle) -> None:
-        """Log what becomes known with a cycle; after the last one, all that is left."""
+        """Log what a cycle makes known; after the last cycle, log all that remains."""
         if self.stopped:
             return
         collided = [index for run, index in cycle.collided if run == self._run]
@@ -50,8 +50,8 @@ class RunLog:
             cycle.number, time_ns, cycle.position[part], cycle.speed[part], acceleration
         )
         rows = [truth]
-        if cycle.readings is not None and not self.stopped:
-            read = cycle.readings
+        if cycle.senses is not None and not self.stopped:
+            read = cycle.senses
             readings = Readings(
                 read.gap[part], read.relative_speed[part], read.position[part], read.speed[part]
             )
@@ -59,7 +59,7 @@ class RunLog:
         self._write(time_ns, rows, collided)
         if self.stopped:
             return
-        if cycle.readings is None:
+        if cycle.senses is None:
             while self._past:
                 self._write(time_ns, [], [], over=True)
         else:
@@ -68,7 +68,7 @@ class RunLog:
     def _write(
         self, time_ns: int, rows: list[Envelope], collided: list[int], *, over: bool = False
     ) -> None:
-        """Log a step of the world: what has ended by then, what begins, and events."""
+        """Log a step of the world: the cycle that has ended, the one that begins, and events."""
         ended: list[Envelope] = []
         if over or len(self._past) > self._happenings.lookahead:
             ended = self._past.popleft()
@@ -80,7 +80,7 @@ class RunLog:
         self._log(envelope.topic, envelope.time_ns, envelope.payload)
 
     def _rows(self, cycle: Cycle) -> list[Envelope]:
-        """The rows about a cycle that are logged when it has ended."""
+        """Return the messages about a cycle that are logged when it has ended."""
         scenario, part, decisions = self._scenario, self._part, cycle.decisions
         assert decisions is not None
         time_ns = cycle.number * scenario.period_ns

@@ -21,7 +21,7 @@ Table = Annotated[tuple[Pair, ...], Field(strict=False)]  # a list is fine too
 def start(table: tuple[tuple[float, float], ...], _draws: Draws, _size: int) -> Judge:
     """Return the probability that a frame is lost, (r,); beyond the table, that of its end."""
     at_m, p = np.array(table).T
-    return lambda rows, _scene: np.interp(rows.distance, at_m, p)
+    return lambda frames, _scene: np.interp(frames.distance, at_m, p)
 
 
 def disagreements(table: tuple[tuple[float, float], ...], key: str) -> Iterator[Disagreement]:

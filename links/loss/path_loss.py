@@ -15,7 +15,7 @@ from pydantic import Field
 from zenvoy.keyed_random.draws import Draws
 from zenvoy.links.distance import forward
 from zenvoy.links.loss_model import Effect, Judge, LossModel
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.links.shadowing import Shadowing
 from zenvoy.values.section import LARGEST, Positive, Section
 
@@ -54,12 +54,12 @@ def start(model: PathLoss, draws: Draws, size: int) -> Judge:
     """Return the probability that a frame is lost, (r,)."""
     shadowing = Shadowing(model.shadowing_db, model.decorrelation_m, draws, size)
 
-    def probability(rows: Rows, scene: Scene) -> Floats:
+    def probability(frames: SentFrames, scene: Scene) -> Floats:
         margin_db = (
             model.transmit_dbm
-            - path_loss_db(rows.distance, model)
-            - model.blockage_db * between(rows, scene)
-            + shadowing.of(rows, scene)
+            - path_loss_db(frames.distance, model)
+            - model.blockage_db * between(frames, scene)
+            + shadowing.of(frames, scene)
             - model.sensitivity_dbm
         )
         return outage(margin_db, model.fading_m)
@@ -86,7 +86,7 @@ def outage(margin_db: Floats, fading_m: float | None) -> Floats:
     return np.asarray(scipy.special.gammainc(fading_m, fading_m * 10.0 ** (-0.1 * margin_db)))
 
 
-def between(rows: Rows, scene: Scene) -> Ints:
+def between(frames: SentFrames, scene: Scene) -> Ints:
     """How many vehicles stand between sender and receiver, (r,); on the ring on the shorter way."""
     n = len(scene.position)
     place = scene.position
@@ -94,10 +94,10 @@ def between(rows: Rows, scene: Scene) -> Ints:
         place = np.mod(place, scene.ring_length_m)
     rank = np.empty(n, dtype=np.int64)
     rank[np.argsort(place, kind="stable")] = np.arange(n)
-    ahead = rank[rows.source] - rank[rows.destination]
+    ahead = rank[frames.source] - rank[frames.destination]
     if scene.ring_length_m is None:
         return np.asarray(np.abs(ahead) - 1)
-    forward_m = forward(place[rows.source], place[rows.destination], scene.ring_length_m)
+    forward_m = forward(place[frames.source], place[frames.destination], scene.ring_length_m)
     way = np.where(forward_m <= scene.ring_length_m - forward_m, ahead, -ahead)
     return np.asarray(np.mod(way, n) - 1)
 

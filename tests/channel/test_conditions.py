@@ -19,7 +19,7 @@ from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.conditions import Conditions, Impairments
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.lock_step import LockStepChannel
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import (
     Channel,
     Control,
@@ -56,8 +56,8 @@ def scenario(channel: Channel, cycles: int = 40) -> Scenario:
     )
 
 
-def frames(sequence: int) -> Rows:
-    return Rows(SOURCE, DESTINATION, DISTANCE, np.full(len(SOURCE), sequence))
+def frames(sequence: int) -> SentFrames:
+    return SentFrames(SOURCE, DESTINATION, DISTANCE, np.full(len(SOURCE), sequence))
 
 
 def ways(channel: Channel, count: int = 60) -> Impairments:
@@ -155,7 +155,7 @@ def test_a_rule_does_not_change_the_draws_of_other_links() -> None:
 class Ran(NamedTuple):
     """Reported frames by receiver, their arrivals (ns) and outcomes, and how often each arrives."""
 
-    reported: Rows
+    reported: SentFrames
     arrived_ns: Ints
     outcome: Ints
     heard: dict[tuple[int, int, int], int]
@@ -186,7 +186,7 @@ def run(channel: Channel, cycles: int = 40) -> Ran:
                     heard[frame] = heard.get(frame, 0) + 1
     names = ("source", "destination", "distance", "sequence", "arrived_ns", "outcome")
     table = {name: np.concatenate([column[name] for column in columns]) for name in names}
-    reported = Rows(
+    reported = SentFrames(
         table["source"].astype(np.int64) - 1,
         table["destination"].astype(np.int64) - 1,
         table["distance"].astype(np.float64),

@@ -15,7 +15,7 @@ from zenvoy.channel.conditions import Conditions
 from zenvoy.channel.frames import OnAir, Outcomes, outcomes_of
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.pairs import Pairs, pairs
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Channel, Fleet, Loss, Scenario, technologies
 
 Floats = NDArray[np.float64]
@@ -47,8 +47,8 @@ class Over:
         channel = Channel(technology=technologies()[self.technology], loss=Loss(p=self.loss))
         conditions = Conditions(Scenario(seed=self.seed, fleet=Fleet(size=size), channel=channel))
         numbers = np.full(len(reach.source), sequence)
-        rows = Rows(reach.source, reach.destination, reach.distance, numbers)
-        way = conditions.of(rows, Scene(sequence, sent_ns, position, RING_M))
+        frames = SentFrames(reach.source, reach.destination, reach.distance, numbers)
+        way = conditions.of(frames, Scene(sequence, sent_ns, position, RING_M))
         return outcomes_of(reach, way, sent_ns, sent_ns + wait_ns, self.medium, InOrder(size))
 
 

@@ -19,7 +19,7 @@ from zenvoy.channel.latency import Latencies
 from zenvoy.channel.sender_offset import SenderOffsets
 from zenvoy.keyed_random.draws import Purpose, Seeds, uniforms
 from zenvoy.links.distribution import Delays
-from zenvoy.links.rows import Rows
+from zenvoy.links.sent_frames import SentFrames
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, ScenarioError, SenderOffset, load
 
@@ -140,16 +140,16 @@ SENDERS: Final = 400
 MESSAGES: Final = 500
 
 
-def rows(sequence: int, senders: Ints | None = None) -> Rows:
+def frames(sequence: int, senders: Ints | None = None) -> SentFrames:
     source = np.arange(SENDERS) if senders is None else senders
     nobody = np.zeros(len(source), dtype=np.int64)
-    return Rows(source, nobody, nobody.astype(np.float64), np.full(len(source), sequence))
+    return SentFrames(source, nobody, nobody.astype(np.float64), np.full(len(source), sequence))
 
 
 def held(settings: SenderOffset, seed: int = 1, number: int = 0) -> Ints:
     """Return the offsets of all messages, (message, sender), ns."""
     offsets = SenderOffsets(settings, Seeds((seed,), SENDERS), number)
-    return np.array([offsets.of(rows(sequence)) for sequence in range(MESSAGES)])
+    return np.array([offsets.of(frames(sequence)) for sequence in range(MESSAGES)])
 
 
 def spans(offsets: Ints) -> Ints:
@@ -211,10 +211,10 @@ def test_offsets_do_not_depend_on_the_order_of_queries(steps: list[int]) -> None
     sequence = 0
     for step in steps:
         for number in range(sequence, sequence + step):
-            all_of_them = often.of(rows(number))
+            all_of_them = often.of(frames(number))
         sequence += step
         np.testing.assert_array_equal(
-            seldom.of(rows(sequence - 1, np.array([3, 7]))), all_of_them[[3, 7]]
+            seldom.of(frames(sequence - 1, np.array([3, 7]))), all_of_them[[3, 7]]
         )
 
 
@@ -225,8 +225,8 @@ def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
         for offsets in (SenderOffset(), offset)
     )
     share = np.linspace(0.0, 0.999, SENDERS)
-    shift = SenderOffsets(offset, Seeds((1,), SENDERS)).of(rows(0))
-    np.testing.assert_array_equal(shifted.of(rows(0), share), plain.of(rows(0), share) + shift)
+    shift = SenderOffsets(offset, Seeds((1,), SENDERS)).of(frames(0))
+    np.testing.assert_array_equal(shifted.of(frames(0), share), plain.of(frames(0), share) + shift)
 
 
 # In a scenario.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from zenvoy.channel.loss import Losses
 from zenvoy.keyed_random.draws import Seeds
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import FourState, GilbertElliott, Loss
 
 BOTH: Final = Loss(
@@ -27,9 +27,9 @@ Ints = NDArray[np.int64]
 
 def lost(losses: Losses, source: Ints, destination: Ints, sequence: Ints) -> Bools:
     """Return which frames a section loses although their draw would let them through."""
-    rows = Rows(source, destination, np.full(len(source), 50.0), sequence)
+    frames = SentFrames(source, destination, np.full(len(source), 50.0), sequence)
     scene = Scene(int(sequence[0]), 0, np.zeros(0), None)
-    return losses.lost(rows, scene, np.full(len(source), 1.0 - 2.0**-53))
+    return losses.lost(frames, scene, np.full(len(source), 1.0 - 2.0**-53))
 
 
 @given(seed=st.integers(0, 2**63 - 1), heard=st.lists(st.booleans(), min_size=30, max_size=30))
@@ -55,8 +55,8 @@ def test_chances_are_compared_with_the_draw(loss: Loss) -> None:
     losses = Losses(loss, Seeds((1,), 4))
     assert losses.draws
     sender, sequence = np.array([0, 1, 2]), np.zeros(3, dtype=np.int64)
-    rows = Rows(sender, sender + 1, np.full(3, 50.0), sequence)
-    found = losses.lost(rows, Scene(0, 0, np.zeros(4), None), np.array([0.0, 0.49, 0.5]))
+    frames = SentFrames(sender, sender + 1, np.full(3, 50.0), sequence)
+    found = losses.lost(frames, Scene(0, 0, np.zeros(4), None), np.array([0.0, 0.49, 0.5]))
     assert found.tolist() == [True, True, False]
 
 

@@ -21,7 +21,7 @@ from zenvoy.channel.access import busy_ratio, collided
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import SLOT_NS, Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.rehearsal import rehearse
-from zenvoy.links.rows import Rows
+from zenvoy.links.sent_frames import SentFrames
 from zenvoy.scenarios import Channel, Fleet, Medium, Road, Scenario
 
 Ints = NDArray[np.int64]
@@ -104,8 +104,8 @@ def test_a_station_that_finds_no_time_gives_up(patience_ns: int) -> None:
     ).tolist()
     assert first == SPACE
     assert (second < 0) == (patience_ns < AIR)
-    rows = Rows(np.array([1]), np.array([0]), np.zeros(1), np.zeros(1, dtype=np.int64))
-    gave_up = collided(rows, np.array([first, second]), heard, AIR)
+    frames = SentFrames(np.array([1]), np.array([0]), np.zeros(1), np.zeros(1, dtype=np.int64))
+    gave_up = collided(frames, np.array([first, second]), heard, AIR)
     assert gave_up.tolist() == [patience_ns < AIR]
 
 
@@ -120,8 +120,8 @@ def test_nobody_begins_while_sensing_another(drawn: tuple[list[int], list[bool]]
             assert began[j] >= began[i] + AIR
 
 
-def one_by_one(rows: Rows, began: Ints, senses: NDArray[np.bool_]) -> Iterator[bool]:
-    for source, receiver in zip(rows.source.tolist(), rows.destination.tolist(), strict=True):
+def one_by_one(frames: SentFrames, began: Ints, senses: NDArray[np.bool_]) -> Iterator[bool]:
+    for source, receiver in zip(frames.source.tolist(), frames.destination.tolist(), strict=True):
         overlapping = [
             other
             for other in range(len(began))
@@ -135,9 +135,11 @@ def test_collisions_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
     began, senses = network(*drawn)  # any starts, even those that carrier sense forbids
     pairs = np.argwhere(senses & (began >= 0)[:, None])
     source, destination = pairs.T
-    rows = Rows(source, destination, np.zeros(len(source)), np.zeros(len(source), dtype=np.int64))
-    found = collided(rows, began, hearing(senses), AIR)
-    assert found.tolist() == list(one_by_one(rows, began, senses))
+    frames = SentFrames(
+        source, destination, np.zeros(len(source)), np.zeros(len(source), dtype=np.int64)
+    )
+    found = collided(frames, began, hearing(senses), AIR)
+    assert found.tolist() == list(one_by_one(frames, began, senses))
 
 
 @given(networks)

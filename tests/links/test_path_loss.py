@@ -14,7 +14,7 @@ from scipy import stats
 from zenvoy.channel.conditions import Conditions
 from zenvoy.keyed_random.draws import Draws, Seeds, numbered
 from zenvoy.links.loss.path_loss import LOSS, between, outage, path_loss_db
-from zenvoy.links.rows import Rows, Scene
+from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.links.shadowing import Shadowing
 from zenvoy.scenarios import Channel, Fleet, Loss, PathLoss, Scenario
 
@@ -23,14 +23,14 @@ Floats = NDArray[np.float64]
 PLAIN: Final = PathLoss(shadowing_db=0.0, blockage_db=0.0)
 
 
-def all_rows(position: Floats, ring_length_m: float | None, sequence: int = 0) -> Rows:
+def all_frames(position: Floats, ring_length_m: float | None, sequence: int = 0) -> SentFrames:
     n = len(position)
     source, destination = (i[~np.eye(n, dtype=bool)] for i in np.indices((n, n), dtype=np.int64))
     distance = np.abs(position[source] - position[destination])
     if ring_length_m is not None:
         distance = np.mod(distance, ring_length_m)
         distance = np.minimum(distance, ring_length_m - distance)
-    return Rows(source, destination, distance, np.full(len(source), sequence))
+    return SentFrames(source, destination, distance, np.full(len(source), sequence))
 
 
 def test_two_slopes_by_hand() -> None:
@@ -71,9 +71,9 @@ def test_vehicles_between(places: list[int], ring: bool, laps: int) -> None:
     length_m = 1_000.001 if ring else None
     position = np.array(places) / 1_000.0
     position[0] += laps * (length_m or 0.0)
-    rows, scene = all_rows(position, length_m), Scene(0, 0, position, length_m)
+    frames, scene = all_frames(position, length_m), Scene(0, 0, position, length_m)
     for source, destination, found in zip(
-        rows.source, rows.destination, between(rows, scene), strict=True
+        frames.source, frames.destination, between(frames, scene), strict=True
     ):
         at = position if length_m is None else np.mod(position, length_m)
         if length_m is None:
@@ -102,13 +102,13 @@ def shadow(std_db: float = 4.0, seed: int = 1, number: int = 0) -> Shadowing:
 def values(shadowing: Shadowing, steps: int, step_m: float, both: bool = False) -> Floats:
     """Return the shadowing, (step, pair), of a vehicle that stands and 3,000 that move."""
     source, destination = np.arange(1, PAIRS + 1), np.zeros(PAIRS, dtype=np.int64)
-    rows = Rows(source, destination, np.full(PAIRS, 100.0), np.zeros(PAIRS, dtype=np.int64))
+    frames = SentFrames(source, destination, np.full(PAIRS, 100.0), np.zeros(PAIRS, dtype=np.int64))
     found = []
     for step in range(steps):
         position = np.full(PAIRS + 1, step * step_m)
         if not both:
             position[0] = 0.0
-        found.append(shadowing.of(rows, Scene(step, step, position, None)))
+        found.append(shadowing.of(frames, Scene(step, step, position, None)))
     return np.array(found)
 
 
@@ -135,30 +135,30 @@ def test_shadowing_of_standing_vehicles_is_constant() -> None:
 
 def test_shadowing_is_symmetric_and_independent_between_pairs() -> None:
     position = np.arange(60.0) * 20.0
-    rows, shadowing = all_rows(position, None), shadow()
+    frames, shadowing = all_frames(position, None), shadow()
     for cycle in range(4):
-        found = shadowing.of(rows, Scene(cycle, cycle, position + 3.0 * cycle, None))
+        found = shadowing.of(frames, Scene(cycle, cycle, position + 3.0 * cycle, None))
         matrix = np.zeros((60, 60))
-        matrix[rows.source, rows.destination] = found
+        matrix[frames.source, frames.destination] = found
         np.testing.assert_array_equal(matrix, matrix.T)
     upper = np.triu_indices(60, 1)
     assert len(np.unique(matrix[upper])) == len(upper[0])
     correlations = np.array(np.corrcoef(matrix + np.eye(60)))
     assert np.abs(correlations[upper]).mean() < 2.0 / np.sqrt(60)
     for other in (shadow(seed=2), shadow(number=1)):
-        there = other.of(rows, Scene(0, 0, position, None))
-        here = shadow().of(rows, Scene(0, 0, position, None))
+        there = other.of(frames, Scene(0, 0, position, None))
+        here = shadow().of(frames, Scene(0, 0, position, None))
         assert abs(float(np.array(np.corrcoef(there, here))[0, 1])) < 0.1
 
 
 def test_shadowing_of_a_pair_does_not_depend_on_others() -> None:
     position = np.arange(30.0) * 20.0
     everyone, alone = shadow(), shadow()
-    rows = all_rows(position, None)
-    few = rows.only((rows.source < 3) & (rows.destination < 3))
+    frames = all_frames(position, None)
+    few = frames.only((frames.source < 3) & (frames.destination < 3))
     for cycle in range(5):
         scene = Scene(cycle, cycle, position + 3.0 * cycle, None)
-        among = everyone.of(rows, scene)[(rows.source < 3) & (rows.destination < 3)]
+        among = everyone.of(frames, scene)[(frames.source < 3) & (frames.destination < 3)]
         np.testing.assert_array_equal(alone.of(few, scene), among)
 
 
@@ -174,9 +174,9 @@ def delivered(loss: Loss, *, gap_m: float = 37.5, cycles: int = 400, step_m: flo
     lost = []
     for cycle in range(cycles):
         position = start + step_m * cycle
-        rows = all_rows(position, None, cycle)
-        lost.append(conditions.of(rows, Scene(cycle, cycle * 100_000_000, position, None)).lost)
-    apart = np.abs(rows.source - rows.destination)
+        frames = all_frames(position, None, cycle)
+        lost.append(conditions.of(frames, Scene(cycle, cycle * 100_000_000, position, None)).lost)
+    apart = np.abs(frames.source - frames.destination)
     share = 1.0 - np.array(lost).mean(axis=0)
     return np.array([share[apart == k].mean() for k in range(1, size)])
 

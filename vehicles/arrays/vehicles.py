@@ -1,4 +1,4 @@
-"""The vehicles of many runs, cycle by cycle: beacons out, frames in, commands out."""
+"""The vehicles of many runs, cycle by cycle: they send beacons, receive frames and decide."""
 
 from __future__ import annotations
 
@@ -29,8 +29,11 @@ from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.view import NOTHING, Known, Seen, View
 
 
-class Readings(NamedTuple):
-    """What the vehicles read at the start of a cycle: m, m/s and m/s²; gap NaN: nobody ahead."""
+class Senses(NamedTuple):
+    """The sensor readings of all vehicles at the start of a cycle, as in `pb.Sense`.
+
+    Units are m, m/s and m/s². The gap is NaN for a vehicle without a vehicle ahead.
+    """
 
     position: Floats
     speed: Floats
@@ -40,10 +43,10 @@ class Readings(NamedTuple):
 
 
 class Vehicles:
-    """Those of scenarios that differ in nothing but their seed.
+    """The vehicles of runs that differ only in their seed.
 
-    In each cycle: `sense`, then `hear` for each link and each cycle whose beacons have come, the
-    oldest first, then `decide`.
+    In each cycle, call `sense`, then `hear` for each link and each cycle whose beacons have
+    arrived, the oldest first, then `decide`.
     """
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
@@ -83,15 +86,15 @@ class Vehicles:
         self.estimates = np.array(
             [any(law_of(model).needs.prediction for model in one.models) for one in settings]
         )
-        """Who runs filters, for a law of its own asks for them."""
+        """Vehicles that run filters, because one of their laws needs them."""
         self.predicted: Seen | None = None
-        """The newest estimates at the effect of the commands, where anybody asks for them."""
+        """The newest predictions to the effect of the commands, if any law needs them."""
         self._beacons: Beacons | None = None
         self.cycle = -1
 
     @property
     def links_in_use(self) -> list[Link]:
-        """The links whose beacons matter to a controller."""
+        """The links whose beacons a controller uses."""
         ahead, behind = self._m, self._m
         if not self._by_position and ahead:
             ahead -= 1  # the own radar measures the first of them
@@ -102,19 +105,22 @@ class Vehicles:
         leader = [] if self.links.leader is None else [self.links.leader]
         return [*self.links.ahead[:ahead], *self.links.behind[:behind], *leader]
 
-    def sense(self, readings: Readings) -> Beacons:
-        """Begin the next cycle with these readings; returns what the vehicles beacon."""
+    def sense(self, senses: Senses) -> Beacons:
+        """Begin the next cycle with these readings, and return the beacons of the vehicles."""
         self.cycle += 1
         plan = Plan(())
         if self.estimators is not None or self._wants_motion:
-            plan = self.own.sense(readings.acceleration)
-        self._beacons = Beacons(*readings, plan)
+            plan = self.own.sense(senses.acceleration)
+        self._beacons = Beacons(*senses, plan)
         if self.estimators is not None:
             self.estimators.sense(self.cycle, self._beacons)
         return self._beacons
 
     def hear(self, link: Link, cycle: int, to: Bools | None, beacons: Beacons) -> None:
-        """Take in beacons that were sent in a cycle; to: to whom they have come, None: to all."""
+        """Store beacons of a cycle that a link has delivered.
+
+        to is a mask of the receivers; None means every vehicle that the link reaches.
+        """
         rows: Rows | None = ALL if to is None and link.reaches_all else None
         if rows is None:
             news = link.exists & (link.cycle < cycle)
@@ -127,7 +133,10 @@ class Vehicles:
             self.estimators.hear(link, cycle, rows, beacons)
 
     def decide(self, wants_all: bool) -> Decisions:
-        """Return the commands of the cycle; wants_all: estimates that nobody acts on, too."""
+        """Return the decisions of the cycle.
+
+        With `wants_all`, links are also estimated where no vehicle acts on them.
+        """
         beacons, cycle = self._beacons, self.cycle
         assert beacons is not None
         now_ns = cycle * self.timing.period_ns + self.timing.wait_ns
@@ -178,6 +187,6 @@ class Vehicles:
         )
 
     def _uniform(self, rows: Rows, number: int) -> Floats:
-        """Random numbers in [0, 1) for laws in this cycle, as a vehicle draws them for its own."""
+        """Return the random numbers in [0, 1) that vehicles draw for their laws in this cycle."""
         keys = (self._vehicle[rows], number, self.cycle)
         return uniforms(self._seed[rows], Purpose.LAW, *keys)[0]

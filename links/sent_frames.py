@@ -12,8 +12,11 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 
-class Rows(NamedTuple):
-    """Frames by receiver, (r,): indices from 0 of both ends, distance in m, sequence numbers."""
+class SentFrames(NamedTuple):
+    """The frames of a cycle, a row for each receiver, (r,).
+
+    The ends are indices from 0, distance is in m, and sequence is the number of the frame.
+    """
 
     source: Ints
     destination: Ints
@@ -22,12 +25,12 @@ class Rows(NamedTuple):
 
     @property
     def link(self) -> tuple[Ints, Ints, Ints]:
-        """What keys their draws: both ends, and the number of the frame."""
+        """The key of the draws for each frame: both ends and the sequence number."""
         return self.source, self.destination, self.sequence
 
-    def only(self, chosen: Bools | slice) -> Rows:
-        """Those of the rows."""
-        return Rows._make(column[chosen] for column in self)
+    def only(self, chosen: Bools | slice) -> SentFrames:
+        """Return some of the frames."""
+        return SentFrames._make(column[chosen] for column in self)
 
 
 class Scene(NamedTuple):
