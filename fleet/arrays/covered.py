@@ -18,9 +18,9 @@ __all__ = ["NotCoveredError", "uncovered"]
 
 
 def uncovered(scenario: Scenario) -> list[str]:
-    """Return a line on each thing in a scenario that the array engine does not run.
+    """Return a line for each setting of a scenario that the array engine does not run.
 
-    It has the key, the value, and what is allowed.
+    A line has the key, the value, and what is allowed.
     """
     return [*_of_scenario(scenario), *_of_channel(scenario), *_of_control(scenario)]
 
@@ -72,7 +72,7 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
 
 
 def _key_of(scenario: Scenario, model: str) -> str:
-    """The first key that names a model."""
+    """Return the first key that names a model."""
     control = scenario.control
     keys = [
         ("control.model", control.model),
@@ -83,9 +83,9 @@ def _key_of(scenario: Scenario, model: str) -> str:
 
 
 def _of_memory(scenario: Scenario) -> Iterator[str]:
-    """Whether a beacon may be older than the own positions that it is compared with."""
+    """Yield a line for each latency for which vehicles forget their own positions too early."""
     channel, timing = scenario.channel, Timing.of(scenario)
-    # Until it is delivered: a cycle, and two for the frame's own time on the air.
+    # A delivery takes up to a cycle, and the frame's time on the air up to two.
     limit_ns = timing.keep_ns - 3 * timing.period_ns
     latencies = [("channel.latency", channel.latency)]
     latencies += [

@@ -1,4 +1,4 @@
-"""The events of runs side by side: what their logs say under `/events`, and when."""
+"""The events of runs side by side: the entries of their logs under `/events`."""
 
 from __future__ import annotations
 
@@ -19,29 +19,29 @@ _FALLS_BACK: Final = pb.MODE_FALLBACK_FM
 
 
 class Happenings:
-    """Entries of the logs of `runs` runs of a scenario, for each step of the world.
+    """The events of `runs` runs of a scenario, for each step of the world.
 
-    A run costs time only in a step in which something happens in it.
+    A run takes time only in the steps in which something happens in it.
     """
 
     def __init__(self, scenario: Scenario, runs: int) -> None:
         self.lookahead = lookahead(scenario)
-        """By how many cycles the world is ahead of the decisions that it knows of."""
+        """Cycles by which the world is ahead of the decisions that it has received."""
         self._size = scenario.fleet.size
         self._stops = scenario.on_collision == "stop"
         self._going = {run: Chronicle(scenario) for run in range(runs)}
         self._fallen_back = np.zeros(runs * self._size, dtype=np.bool_)
         self._past: deque[dict[int, list[pb.Command]]] = deque()
         self.stopped: dict[int, int] = {}
-        """Runs that a collision has ended, and when, ns."""
+        """The time of the collision that has ended a run, ns, by run."""
 
     @property
     def all_stopped(self) -> bool:
-        """Whether no run goes on."""
+        """Whether a collision has ended every run."""
         return not self._going
 
     def decide(self, mode: Ints, decided_ns: int) -> None:
-        """Take in the modes of a cycle's decisions, (runs · n,); a later step tells of them."""
+        """Record the modes of a cycle's decisions, (runs · n,); a later step logs their changes."""
         falls = mode == _FALLS_BACK
         news: dict[int, list[pb.Command]] = defaultdict(list)
         for member in np.flatnonzero(falls != self._fallen_back).tolist():
@@ -54,11 +54,11 @@ class Happenings:
     def step(
         self, time_ns: int, collided: Sequence[tuple[int, int]], *, over: bool = False
     ) -> dict[int, list[Envelope]]:
-        """Return by run what a step of the world adds to `/events`.
+        """Return what a step of the world adds to `/events`, by run.
 
-        The step tells of the oldest decisions that no step has told of, if the world knows of them
-        by then. collided: run and index of vehicles that have run into the one ahead. over: whether
-        the run has ended, so that only decisions are left to tell of.
+        A step logs the oldest decisions that no step has logged, if the world has received them.
+        collided lists the vehicles that have run into the vehicle ahead, by run and index. With
+        `over` the run has ended, and only decisions are left to log.
         """
         knows = over or len(self._past) > self.lookahead
         news = self._past.popleft() if knows and self._past else {}
@@ -78,7 +78,7 @@ class Happenings:
         return found
 
     def _is_due(self, time_ns: int) -> bool:
-        """Whether something is scheduled by now; the schedule is that of all runs."""
+        """Return whether an event is due by now; all runs have the same schedule."""
         going = next(iter(self._going.values()), None)
         due_ns = None if going is None else going.due_ns
         return due_ns is not None and due_ns <= time_ns

@@ -22,7 +22,7 @@ from zenvoy.studies.sweeps.store import Store
 
 _PREFIX: Final = "zenvoy-sweep-"
 
-# What the summary and the time series of a run are made of.
+# The columns from which the summary and the time series of a run are computed.
 _WANTED: Final[Mapping[str, Sequence[str]]] = {
     TRUTH.log_name: ("position", "speed"),
     RADAR.log_name: ("speed", "gap"),
@@ -33,7 +33,7 @@ _WANTED: Final[Mapping[str, Sequence[str]]] = {
 def keep_runs(
     cells: Sequence[Cell], keys: Sequence[str], engine: Engine, series: Sequence[str], store: Store
 ) -> None:
-    """Run cells that differ in their seed only, and keep each under its key once it is done.
+    """Run cells that differ only in their seed, and store each under its key when it is done.
 
     Raises StudyError, LawError, ScenarioError, LogError or OSError; finished runs are kept.
     """
@@ -43,7 +43,7 @@ def keep_runs(
 
 
 def runs_of(scenarios: Sequence[Loaded], engine: Engine) -> Iterator[Run]:
-    """Yield the runs of scenarios that differ in their seed only; logs are deleted."""
+    """Yield the runs of scenarios that differ only in their seed; logs are deleted."""
     if engine == "arrays":
         yield from run_batch(scenarios, _WANTED)
         return

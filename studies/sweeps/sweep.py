@@ -1,4 +1,4 @@
-"""Runs a study: what is missing of it, then its tables and pictures."""
+"""Runs a study: makes its missing runs, then its tables and pictures."""
 
 from __future__ import annotations
 
@@ -74,10 +74,10 @@ def run_sweep(
 ) -> Swept:
     """Make the missing runs of a study, then write its results.
 
-    `out` is by default runs/<name of the study>; `jobs`, the runs at a time, one for each core. A
-    run that fails is told on a line, and the others go on. Laws must lie beside the scenario unless
-    `allow_code`. Raises BadStudyError before anything is run, and OSError; finished runs are kept
-    in the folder, also when it is interrupted.
+    `out` is runs/<name of the study> by default. `jobs` is the number of processes at a time, by
+    default one for each core. A run that fails is reported on a line, and the others go on. Laws
+    must lie beside the scenario unless `allow_code`. Raises BadStudyError before anything is run,
+    and OSError. Finished runs are kept in the folder, also after an interruption.
     """
     checked = read_study(study)
     plan = plan_of(checked, allow_code=allow_code)
@@ -101,7 +101,9 @@ def make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[s
     while tasks:
         alone: list[Task] = []
         for done in each_done(tasks, do, jobs):
-            if done.failure is not None and len(done.task.keys) > 1:  # of a batch, find out which
+            if (
+                done.failure is not None and len(done.task.keys) > 1
+            ):  # find out which run of the batch fails
                 left = [one for one in done.task.split() if not store.has(one.key, plan.study)]
                 count += len(done.task.keys) - len(left)
                 alone += left
@@ -121,10 +123,10 @@ def _failures(done: Done[Task], plan: Plan, store: Store) -> dict[str, str]:
 
 
 def _tasks(plan: Plan, store: Store, jobs: int) -> list[Task]:
-    """Return tasks for the missing runs; combinations that are equal are run once.
+    """Return tasks for the missing runs; equal combinations are run once.
 
-    On arrays a task has many seeds of a cell; else it has one run, and the tasks go seed by seed,
-    so that a stopped sweep has all cells of some seeds.
+    On arrays a task has many seeds of a cell. On other engines it has one run, and the tasks go
+    seed by seed, so that a stopped sweep has all cells of some seeds.
     """
     taken: set[str] = set()
     missing: list[Task] = []

@@ -1,4 +1,4 @@
-"""What the schedule wants of every vehicle, over time."""
+"""The desired values of every vehicle, as the schedule sets them over time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,17 @@ from zenvoy.vehicles.arrays.rows import Floats
 
 
 class Aims(NamedTuple):
-    """Of every vehicle; cruise: as `decision.Aim` has it, m/s², NaN: none."""
+    """The desired values of every vehicle.
+
+    cruise is that of `decision.Aim`, m/s²; it is NaN for a vehicle without one.
+    """
 
     setpoint: Setpoint
     cruise: Floats
 
 
 class Schedule:
-    """The aims of the vehicles with these settings, in order."""
+    """The aims over time of the vehicles with these settings, in order."""
 
     def __init__(self, settings: Sequence[Settings]) -> None:
         distinct = {one.targets: None for one in settings}

@@ -1,4 +1,4 @@
-"""Who puts a beacon on the air in a cycle, and the number of it."""
+"""The vehicles that send a beacon in a cycle, and the sequence numbers of the beacons."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from zenvoy.scenarios import Scenario, Settings
 from zenvoy.vehicles.arrays.rows import Bools, Ints
 
 RULES: Final = ("every-cycle", "every-nth")
-"""Those that arrays serve: that of CAMs looks at each vehicle's own filter."""
+"""The rules that arrays run. The rule of CAMs needs a filter of its own for each vehicle."""
 
 
 class Beaconing:
-    """Of vehicles with these settings, of runs of `size`; as `vehicles.beaconing`."""
+    """Sends beacons as `vehicles.beaconing` does, for the vehicles with these settings."""
 
     def __init__(self, scenario: Scenario, settings: Sequence[Settings]) -> None:
         n = scenario.beacons.every if scenario.beacons.rule == "every-nth" else 1
@@ -24,6 +24,6 @@ class Beaconing:
         self._beacons = np.array([one.beacons for one in settings])
 
     def at(self, cycle: int) -> tuple[Bools, Ints]:
-        """Return who speaks in a cycle, and the sequence numbers."""
+        """Return which vehicles send in a cycle, and their sequence numbers."""
         number, rest = np.divmod(cycle - self._first, self._n)
         return self._beacons & (rest == 0) & (number >= 0), number

@@ -1,4 +1,4 @@
-"""Beacons of a whole cycle, and what each vehicle has heard last on one of its links."""
+"""The beacons of a cycle, and the newest beacon that each vehicle has received on a link."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.vehicles.arrays.timing import Timing
 
 
 class Beacons(NamedTuple):
-    """What the vehicles say in a cycle: readings in m, m/s and m/s², and what they plan."""
+    """The beacons of a cycle: readings in m, m/s and m/s², and the plans."""
 
     position: Floats
     speed: Floats
@@ -23,7 +23,7 @@ class Beacons(NamedTuple):
     plan: Plan
 
     def of(self, senders: NDArray[np.int64]) -> Beacons:
-        """Return those of some vehicles."""
+        """Return the beacons of some vehicles."""
         return Beacons(
             self.position[senders],
             self.speed[senders],
@@ -35,9 +35,9 @@ class Beacons(NamedTuple):
 
 
 class Link:
-    """From one vehicle to each of `count`: the newest beacon that has come on it.
+    """A link from one vehicle to each of `count` vehicles, with the newest beacon received on it.
 
-    sender (count,): who sends; -1 where there is nobody.
+    sender (count,) is the index of the vehicle that sends; -1 if there is none.
     """
 
     def __init__(self, timing: Timing, sender: Ints) -> None:
@@ -46,20 +46,20 @@ class Link:
         self.sender = sender
         self.exists: Bools = sender >= 0
         self.cycle = np.full(count, -1, dtype=np.int64)
-        """Of the newest beacon; -1: none yet."""
+        """Cycle of the newest beacon; -1 if there is none yet."""
         position, speed, acceleration, gap, relative_speed = np.zeros((5, count))
         plan = no_plan(timing, count)
         self.newest = Beacons(position, speed, acceleration, gap, relative_speed, plan)
-        self._uniform: int | None = None  # the cycle of all of them, where that is the same
+        self._uniform: int | None = None  # the cycle of every newest beacon, if it is the same
         self._everywhere = bool(self.exists.all())
 
     @property
     def reaches_all(self) -> bool:
-        """Whether what comes for all is news to all."""
+        """Whether beacons for every receiver are news to every receiver."""
         return self._everywhere and self._uniform is not None
 
     def hear(self, cycle: int, rows: Rows, beacons: Beacons) -> Beacons:
-        """Take in the beacons of a cycle for some vehicles, to whom they are news; returns them."""
+        """Store the beacons of a cycle for some vehicles, to which they are news; return them."""
         heard = beacons.of(self.sender[rows])
         if isinstance(rows, slice):
             self.newest, self._uniform = heard, cycle
@@ -73,11 +73,11 @@ class Link:
         return heard
 
     def all_of(self, cycle: int) -> bool:
-        """Return whether the newest beacon of everyone is of this cycle."""
+        """Return whether every newest beacon is of this cycle."""
         return self._uniform == cycle
 
     def fresh(self, cycle: int) -> Bools:
-        """Return on which links the newest beacon is not too old to be used in a cycle."""
+        """Return where the newest beacon is young enough to be used in a cycle."""
         age_ns = (cycle - self.cycle) * self._timing.period_ns
         return (self.cycle >= 0) & (age_ns <= self._timing.age_limit_ns)
 

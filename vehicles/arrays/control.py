@@ -1,4 +1,4 @@
-"""Which law each vehicle runs, over time."""
+"""The law that each vehicle runs, over time."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from zenvoy.vehicles.decision import Controller
 
 
 class Controllers:
-    """The controllers of the vehicles with these settings, in order.
+    """The controllers over time of the vehicles with these settings, in order.
 
-    leads: who leads a platoon, and so has nobody to cooperate with.
+    leads is a mask of the vehicles that lead a platoon and so follow no platoon leader.
     """
 
     def __init__(self, scenario: Scenario, settings: Sequence[Settings], leads: Bools) -> None:
@@ -32,10 +32,10 @@ class Controllers:
         self._leads = leads
         self._in_force: list[tuple[Controller, Rows]] = []
         self.every = [controller for each in phases.values() for _, controller in each]
-        """All that are in force at some time."""
+        """All controllers that are in force at some time."""
 
     def at(self, now_ns: int) -> list[tuple[Controller, Rows]]:
-        """Return the controllers in force, and the vehicles of each; time never runs back."""
+        """Return the controllers in force, and the vehicles of each; `now_ns` must not decrease."""
         changed = False
         while self._next < len(self._changes_ns) and self._changes_ns[self._next] <= now_ns:
             self._next += 1

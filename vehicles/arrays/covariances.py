@@ -1,9 +1,9 @@
 """Covariances and gains of many Kalman filters of one model.
 
-They depend on which periods brought a measurement of which variances, never on what was measured.
-As long as every period brings one, filters walk the graph of `gains` together. One that has missed
-a measurement leaves it: it has a history of its own, and filterpy computes all of these at once,
-on arrays in place of floats.
+They depend on which periods brought a measurement, and on its variances, but not on its values. As
+long as every period brings one, filters walk the graph of `gains` together. A filter that misses a
+measurement has a history of its own, so it leaves the graph. filterpy computes all such filters at
+once, on arrays in place of floats.
 """
 
 from __future__ import annotations
@@ -17,16 +17,19 @@ from zenvoy.vehicles.steps import Number
 
 
 class Covariances:
-    """Of `count` filters whose state has `size` numbers; as `gains.Covariance` has them of one."""
+    """The covariances of `count` filters; `gains.Covariance` is that of one.
+
+    The state of each filter has `size` numbers.
+    """
 
     def __init__(self, period_s: float, acceleration_std: float, size: int, count: int) -> None:
         self._size = size
         self._table = gain_table(period_s, acceleration_std, size)
         self._variances = np.zeros((size, count))
-        self._point = np.full(count, -1, dtype=np.int64)  # on the graph; -1: off it
-        self._left = np.zeros(count, dtype=np.bool_)  # who has begun, and left it
-        self._off = 0  # how many these are
-        self._P: Floats = np.zeros((size, size, count))  # of those that are off it
+        self._point = np.full(count, -1, dtype=np.int64)  # number on the graph; -1 off it
+        self._left = np.zeros(count, dtype=np.bool_)  # filters that have begun and left it
+        self._off = 0  # number of these filters
+        self._P: Floats = np.zeros((size, size, count))  # of the filters off the graph
         self._settled = np.zeros(count, dtype=np.bool_)  # likewise
         self.K: Floats = np.zeros((size, size, count))
 
@@ -44,7 +47,7 @@ class Covariances:
         self._put(rows, points)
 
     def step(self, rows: Rows, periods: Ints | int, variances: Floats) -> None:
-        """Predict over as many periods, (r,), and take in a measurement of these variances."""
+        """Predict over some periods, (r,), and process a measurement with these variances."""
         self._change(rows, variances)
         points = self._point[rows]
         if isinstance(periods, int) and not self._off:  # nearly always
@@ -68,7 +71,7 @@ class Covariances:
             self._compute(within(rows, off), many[off])
 
     def gain(self, rows: Rows) -> list[list[Number]]:
-        """Return K of some filters, entry by entry."""
+        """Return the gains K of some filters, entry by entry."""
         return [[self.K[i, j, rows] for j in range(self._size)] for i in range(self._size)]
 
     def std(self) -> Floats:
@@ -80,7 +83,7 @@ class Covariances:
         return np.asarray(np.sqrt(np.array(variances)))
 
     def _change(self, rows: Rows, variances: Floats) -> None:
-        """Go on with other variances."""
+        """Set the variances of some filters."""
         differs = variances != self._variances[:, rows]
         if not anywhere(differs):
             return
@@ -98,7 +101,7 @@ class Covariances:
             self._point[member] = moved
 
     def _leave(self, rows: Rows) -> None:
-        """Filters go on by themselves, from the points where they are."""
+        """Take some filters off the graph, with the covariances that they have there."""
         points = self._point[rows]
         self._P[:, :, rows] = self._table.P[:, :, points]
         self._settled[rows] = False
@@ -118,7 +121,7 @@ class Covariances:
         self.K[:, :, which] = self._table.K[:, :, to]
 
     def _compute(self, rows: Rows, periods: Ints) -> None:
-        """Step filters that are off the graph."""
+        """Step some filters that are off the graph."""
         before, gain = self._P[:, :, rows], self.K[:, :, rows]
         found = step(self._table.kalman, before, gain, self._variances[:, rows], periods)
         self._settled[rows] = found.settled

@@ -1,6 +1,6 @@
-"""From what the vehicles know to accelerations, and the modes behind them.
+"""Decides accelerations and modes from what the vehicles know.
 
-As `decision.decide` has it for one vehicle: what is missing there is out of a mask here.
+`decision.decide` does the same for one vehicle. It tests for None where this module uses masks.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from zenvoy.vehicles.decision import Controller, driven
 class Occasion:
     """A cycle in which all vehicles decide.
 
-    in_force: the controllers, and the vehicles of each. uniform: random numbers in [0, 1) of some
-    vehicles, by number.
+    in_force lists the controllers and the vehicles of each. uniform returns random numbers in
+    [0, 1) for some vehicles, by number.
     """
 
     cycle: int
@@ -47,9 +47,10 @@ class Occasion:
 
 
 class Decisions(NamedTuple):
-    """Accelerations (m/s²), within the limit, and the modes behind them, of every vehicle.
+    """The accelerations (m/s²) of every vehicle, within the limit, and the modes behind them.
 
-    neighbours: how many vehicles on each side counted. logged: what laws log, by mode.
+    neighbours is the number of vehicles that counted on each side. logged has the values that laws
+    log, by mode.
     """
 
     acceleration: Floats
@@ -76,12 +77,12 @@ class Decider:
         return found._replace(acceleration=clipped(found.acceleration, self._limit))
 
     def _apply(self, now: Occasion, controller: Controller, rows: Rows, found: Decisions) -> None:
-        """Decide for the vehicles of a controller; who lacks what its law needs falls back."""
+        """Decide for the vehicles of a controller; those that lack data it needs fall back."""
         law, view = controller.law, now.view
         seen = _seen(view, controller)
         follows = None
         ok = _there(seen.ahead.there, rows)
-        if view.first is not None:  # it cruises, whatever its law
+        if view.first is not None:  # the first vehicle cruises, whatever its law
             ok = _both(ok, ~view.first[rows])
         if view.last is not None and law.two_sided():
             follows = view.last[rows] if ok is None else view.last[rows] & ok
@@ -101,7 +102,7 @@ class Decider:
             found.acceleration[which] = _following(view.radar, view.read.speed, now.aims, which)
 
     def _law(self, now: Occasion, controller: Controller, rows: Rows, found: Decisions) -> None:
-        """Apply a law where all that it needs is there."""
+        """Apply a law to vehicles that have all the data it needs."""
         if not controller.law.needs.sides:
             self._call(now, controller, rows, (), found)
             return
@@ -153,13 +154,13 @@ class Decider:
 
 
 def _seen(view: View, controller: Controller) -> Seen:
-    """What a law looks at: estimates, if it asks for them, or readings."""
+    """Return the data that a law uses: estimates if it asks for them, or else readings."""
     predicts = controller.law.needs.prediction and view.predicted is not None
     return view.predicted if predicts and view.predicted is not None else view.read
 
 
 def _cruise(now: Occasion, is_first: Bools, found: Decisions) -> None:
-    """The first of an open road keeps its speed, unless the schedule gives it one."""
+    """Let the first vehicle of an open road keep its speed, unless the schedule gives it one."""
     speed = np.empty(len(is_first))
     for controller, rows in now.in_force:
         speed[rows] = _seen(now.view, controller).speed[rows]
@@ -172,7 +173,7 @@ def _cruise(now: Occasion, is_first: Bools, found: Decisions) -> None:
 
 
 def _needed(controller: Controller, view: View, seen: Seen, rows: Rows) -> Bools | None:
-    """Where all is there that the law needs beside the link ahead; None: everywhere."""
+    """Return where a law has the data it needs, the link ahead aside; None means everywhere."""
     needs = controller.law.needs
     ok = None
     if needs.behind:

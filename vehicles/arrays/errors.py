@@ -1,4 +1,4 @@
-"""Variances of the readings of many vehicles, each by the size of what it reads."""
+"""Variances of the readings of many vehicles, which depend on the size of each reading."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from zenvoy.vehicles.estimator import LEAST_SIZE, ReadingError
 
 
 class ReadingErrors:
-    """As `count` ReadingErrors, each of which keeps its variance until another size comes."""
+    """The variances of `count` readings. Each keeps its variance until its size changes."""
 
     def __init__(self, error: ReadingError, count: int) -> None:
         self._error = error

@@ -1,6 +1,6 @@
-"""Kalman filters of links and of own speeds, of many vehicles at once.
+"""Kalman filters of the links and the own speeds of many vehicles at once.
 
-As `estimator.Filter`, with its formulas.
+They use the formulas of `estimator.Filter`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ from zenvoy.vehicles.estimator import ReadingError, advanced, corrected
 
 
 class LinkFilters:
-    """States of `count` links, p (m) and v (m/s), each at the cycle of its newest measurement."""
+    """Filters of `count` links, with states p (m) and v (m/s).
+
+    Each state is at the cycle of the link's newest measurement.
+    """
 
     def __init__(
         self,
@@ -30,7 +33,7 @@ class LinkFilters:
         self.covariances = Covariances(period_s, acceleration_std, 2, count)
         self.p, self.v = np.zeros(count), np.zeros(count)
         self.measured = np.full(count, -1, dtype=np.int64)
-        """Cycle of the newest measurement; -1: none yet."""
+        """Cycle of the newest measurement; -1 if there is none yet."""
         self._all_started = False
 
     @property
@@ -40,7 +43,7 @@ class LinkFilters:
         return self._all_started
 
     def advance(self, rows: Rows, a: Floats) -> None:
-        """Predict a period under the relative accelerations a (m/s²) of some links."""
+        """Predict some links over a period with the relative accelerations a (m/s²)."""
         p, v = advanced(self.p[rows], self.v[rows], a, self._period_s)
         self._put(rows, p, v)
 
@@ -53,7 +56,7 @@ class LinkFilters:
     def correct(
         self, rows: Rows, cycle: int, periods: Ints | int, z: tuple[Floats, Floats], r: Floats
     ) -> None:
-        """Take in readings z of a cycle, (r,) each, for links that were advanced to it."""
+        """Process readings z of a cycle, (r,) each, for links that were advanced to it."""
         self.covariances.step(rows, periods, r)
         gain = self.covariances.gain(rows)
         p, v = corrected(self.p[rows], self.v[rows], *z, gain)
@@ -61,7 +64,7 @@ class LinkFilters:
         self.measured[rows] = cycle
 
     def start(self, rows: Rows, cycle: int, z: tuple[Floats, Floats], r: Floats) -> None:
-        """Begin with readings z of a cycle."""
+        """Start the filters of some links with readings z of a cycle."""
         self.covariances.start(rows, r)
         self._put(rows, z[0].copy(), z[1].copy())  # later steps change some entries in place
         self.measured[rows] = cycle
@@ -74,7 +77,7 @@ class LinkFilters:
 
 
 class SpeedFilters:
-    """Own speeds of `count` vehicles, m/s, measured in every cycle."""
+    """Filters of the own speeds of `count` vehicles, m/s, which are measured in every cycle."""
 
     def __init__(
         self, period_s: float, acceleration_std: float, error: ReadingError, count: int
@@ -85,7 +88,7 @@ class SpeedFilters:
         self.v: Floats | None = None
 
     def measure(self, reading: Floats, acceleration: Floats) -> None:
-        """Take in the readings of the next cycle (m/s), a period under `acceleration` later."""
+        """Predict over a period with `acceleration` (m/s²), and process the next readings (m/s)."""
         if self.v is None:
             self.covariances.start(ALL, self._errors.variance(ALL, reading)[None])
             self.v = reading

@@ -11,11 +11,14 @@ from zenvoy.vehicles.arrays.kalman import step
 from zenvoy.vehicles.arrays.rows import Floats, Ints
 from zenvoy.vehicles.gains import kalman_filter
 
-_MOST: Final = 200_000  # points; whoever would need more leaves the graph
+_MOST: Final = 200_000  # points; a filter that needs another one leaves the graph
 
 
 class GainTable:
-    """Points by number: P and K of each, and which point a measurement a period later leads to."""
+    """The points of the graph by number, with P and K of each.
+
+    A measurement in the next period leads from each point to another one.
+    """
 
     def __init__(self, period_s: float, acceleration_std: float, size: int) -> None:
         self.kalman = kalman_filter(period_s, acceleration_std, size)
@@ -30,7 +33,7 @@ class GainTable:
 
     @property
     def has_room(self) -> bool:
-        """Whether every way leads to a point."""
+        """Whether the table can hold further points."""
         return self._count < _MOST
 
     def first(self, variances: tuple[float, ...]) -> int:
@@ -43,7 +46,7 @@ class GainTable:
         return self._known(variances, self.P[:, :, point], self.K[:, :, point])
 
     def after(self, points: Ints) -> Ints:
-        """Return where a measurement a period later leads; -1: off the graph."""
+        """Return the points after a measurement in the next period; -1 is off the graph."""
         following = self._after[points]
         if following.size and following.min() < 0 and self.has_room:
             self._explore(np.unique(points[following < 0]))
@@ -51,7 +54,7 @@ class GainTable:
         return following
 
     def _explore(self, points: Ints) -> None:
-        """Find out where points lead."""
+        """Compute the points that follow some points."""
         variances = self._variances[:, points]
         once = np.ones(len(points), dtype=np.int64)
         found = step(self.kalman, self.P[:, :, points], self.K[:, :, points], variances, once)
@@ -61,7 +64,7 @@ class GainTable:
         self._after[points[new]] = numbers
 
     def _known(self, variances: tuple[float, ...], P: Floats, K: Floats) -> int:  # noqa: N803
-        """The point of these variances with this P, whichever way led to it."""
+        """Return the point with these variances and this P; add it if it is new."""
         key = (variances, P.tobytes())
         number = self._numbers.get(key)
         if number is None:

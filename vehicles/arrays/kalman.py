@@ -1,4 +1,4 @@
-"""A step of many Kalman filters' covariances at once: filterpy, on arrays in place of floats."""
+"""Steps the covariances of many Kalman filters at once: filterpy computes on arrays."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.vehicles.steps import Number
 
 
 class Step(NamedTuple):
-    """P and K (n, n, r) after a step, and where it has changed nothing any more (r,)."""
+    """P and K (n, n, r) after a step, and the filters (r,) that it no longer changes."""
 
     P: Floats
     K: Floats
@@ -21,10 +21,10 @@ class Step(NamedTuple):
 
 
 def step(kalman: KalmanFilter, before: Floats, K: Floats, variances: Floats, periods: Ints) -> Step:  # noqa: N803  # the letter of the field
-    """Return P and K after as many predictions, (r,), and an update, from P `before` (n, n, r).
+    """Return P and K after a number of predictions each, `periods` (r,), and an update.
 
-    `kalman`: filterpy's filter of the model; variances: R's diagonals, (n, r). What is settled
-    keeps its P and K, as in `gains.GainSchedule`.
+    before is P (n, n, r) before the step, kalman is filterpy's filter of the model, and variances
+    are the diagonals of R, (n, r). Settled filters keep their P and K, as in `gains.GainSchedule`.
     """
     size = len(before)
     predicted = before.copy()
@@ -48,7 +48,7 @@ def step(kalman: KalmanFilter, before: Floats, K: Floats, variances: Floats, per
 
 
 def _stacked(matrix: Number, count: int) -> Floats:
-    """A matrix of arrays as one array."""
+    """Return a matrix of arrays as one array."""
     size = len(matrix)
     stacked = np.empty((size, size, count))
     for i, row in enumerate(matrix):

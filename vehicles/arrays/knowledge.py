@@ -1,6 +1,6 @@
-"""What the vehicles know: readings, what they heard, and the estimates made of both.
+"""What the vehicles know: their readings, the beacons they received, and estimates from both.
 
-As `vehicles.knowledge` has it for one vehicle.
+`vehicles.knowledge` does the same for one vehicle.
 """
 
 from __future__ import annotations
@@ -27,13 +27,16 @@ from zenvoy.vehicles.state import GIVE_UP_PERIODS, predicted
 from zenvoy.vehicles.steps import NS
 
 Accelerations = Callable[[int, Rows], Floats]
-"""Mean acceleration (m/s²) of some vehicles over the period that begins a number of cycles ago."""
+"""A function that returns mean accelerations (m/s²) of some vehicles over a past period.
+
+The period begins the given number of cycles ago.
+"""
 
 
 class Estimators:
-    """The filters of every vehicle: of its link ahead, its link behind and its own speed.
+    """The filters of every vehicle for its link ahead, its link behind and its own speed.
 
-    by_position: links are measured by reported positions, not by radars.
+    With `by_position`, reported positions measure the links, and not radars.
     """
 
     def __init__(
@@ -61,14 +64,14 @@ class Estimators:
         self._past: dict[int, tuple[Floats, Floats]] = {}  # own positions and speeds by cycle
 
     def sense(self, cycle: int, beacons: Beacons) -> None:
-        """Take in the own readings of a cycle, which beacons that come late are compared with."""
+        """Store the own readings of a cycle, because late beacons are compared with them."""
         if self._by_position:
             self._past[cycle] = (beacons.position, beacons.speed)
             if len(self._past) > self._timing.keep_ns // self._timing.period_ns + 2:
                 del self._past[next(iter(self._past))]
 
     def hear(self, link: Link, cycle: int, rows: Rows, beacons: Beacons) -> None:
-        """Take in beacons of a cycle that have come on a link, and measure the link by them."""
+        """Store beacons of a cycle that a link has delivered, and measure the link by them."""
         measures = link is self._behind or (link is self._ahead and self._by_position)
         before, of_cycle = link.newest.plan, link.cycle
         known = self._known_ahead[rows] if link is self._ahead else None
@@ -83,7 +86,7 @@ class Estimators:
         own, timing = self._own, self._timing
 
         def relative(back: int, some: Rows) -> Floats:
-            """Acceleration of the vehicle in front less that of the one behind it."""
+            """Return the acceleration of the vehicle in front minus that of the one behind it."""
             at = cycle - back
             mine = own.mean(at, within(rows, some))
             if back == 1:
@@ -115,9 +118,10 @@ class Estimators:
         return gap_then(heard, position, speed, seam, ahead=ahead)
 
     def estimate(self, cycle: int, beacons: Beacons, radar: Rows, wanted: Bools | None) -> Seen:
-        """Bring the estimates to t_cycle, and return what they will be when its commands act.
+        """Estimate at t_cycle, and return predictions to the effect of the commands.
 
-        radar: who has somebody ahead. wanted: for whom the link behind is looked at; None: for all.
+        radar selects the vehicles with a vehicle ahead. wanted is a mask of those whose link behind
+        is used; None means all of them.
         """
         self._forget_old_plans(cycle)
         acceleration = beacons.acceleration
@@ -150,7 +154,7 @@ class Estimators:
     def _predict_by_age(
         self, cycle: int, filters: LinkFilters, link: Link, wanted: Bools | None
     ) -> Known:
-        """States of links that beacons measure, each from its own newest measurement on."""
+        """Predict links that beacons measure, each from its own newest measurement."""
         timing = self._timing
         until_ns, looks_back = timing.effect_ns, link is self._behind
         there = _measured(filters)
@@ -160,7 +164,7 @@ class Estimators:
         if rows is None:
             return Known(Relative(np.full(count, np.nan), np.full(count, np.nan)), there)
         ages = _by_age(cycle, filters.measured, rows)
-        # Of those that are left out nobody looks at the state.
+        # Nobody looks at the states that are left out.
         p, v = (np.empty(count) if which is None else np.full(count, np.nan) for _ in range(2))
         for age, members in ages.items():
             t1_ns = age * timing.period_ns + until_ns
@@ -184,10 +188,10 @@ class Estimators:
         speed: Floats,
         relative: Accelerations,
     ) -> None:
-        """Bring links to a cycle under their relative accelerations, and take in readings z."""
+        """Predict links to a cycle with their relative accelerations, and process readings z."""
         measured = link.measured[rows]
         periods = cycle - measured
-        if everywhere(periods == 1) and cycle > 0:  # nearly always: all were measured just before
+        if everywhere(periods == 1) and cycle > 0:  # nearly always
             r = link.variances(rows, link.p[rows], speed)
             link.advance(rows, relative(1, ALL))
             link.correct(rows, cycle, 1, z, r)
@@ -207,12 +211,12 @@ class Estimators:
         link.correct(within(rows, some), cycle, periods[some], (z[0][some], z[1][some]), r[:, some])
 
     def _forget_old_plans(self, cycle: int) -> None:
-        """An old plan of the vehicle ahead is worse than none."""
+        """Forget plans of the vehicle ahead that are too old; an old plan is worse than none."""
         if not self._ahead.all_of(cycle):
             self._known_ahead &= self._ahead.fresh(cycle)
 
     def _acceleration_ahead(self, cycle: int) -> Floats:
-        """Mean acceleration of the vehicle ahead over the period up to t_cycle; 0: not known."""
+        """Return mean accelerations of the vehicle ahead over the last period; 0 if unknown."""
         newest, timing = self._ahead.newest, self._timing
         if self._ahead.all_of(cycle):
             return newest.acceleration
@@ -228,7 +232,7 @@ class Estimators:
         return mean
 
     def _planned_ahead(self, cycle: int, until_ns: int) -> tuple[Floats, Floats]:
-        """What the plan of the vehicle ahead does in the `until_ns` that follow t_cycle."""
+        """Return the planned motion of the vehicle ahead in the `until_ns` after t_cycle."""
         newest, timing = self._ahead.newest, self._timing
         if self._ahead.all_of(cycle):
             return newest.plan.over(timing, 0, until_ns)
@@ -242,12 +246,12 @@ class Estimators:
 
 
 def _measured(filters: LinkFilters) -> Bools | None:
-    """Which links have been measured; None: all."""
+    """Return which links have been measured; None means all of them."""
     return None if filters.started else filters.measured >= 0
 
 
 def _by_age(cycle: int, measured: Ints, rows: Rows) -> dict[int, Rows]:
-    """Some links by the cycles since their newest measurement; where there is one."""
+    """Return those of some links that have been measured, by cycles since the newest time."""
     ages = cycle - measured[rows]
     if ages.size and ages[0] <= cycle and everywhere(ages == ages[0]):
         return {int(ages[0]): rows}
@@ -259,10 +263,10 @@ def _by_age(cycle: int, measured: Ints, rows: Rows) -> dict[int, Rows]:
 
 
 def _planned(timing: Timing, plan: Plan, of_cycle: Ints, at: int, cycle: int) -> Floats:
-    """Mean acceleration over the period from t_at on, by plans of the cycles `of_cycle`.
+    """Return mean accelerations over the period from t_at, by plans of the cycles `of_cycle`.
 
-    `cycle` is that of the beacon that has come since. What lies further back than vehicles remember
-    is forgotten: the first entry that is left reaches back.
+    `cycle` is the cycle of the beacon that has arrived since. Vehicles forget entries of a plan
+    that are too old, and then the first remaining entry also holds before its time.
     """
     mean = np.empty(len(of_cycle))
     for begin in np.unique(of_cycle).tolist():

@@ -1,4 +1,4 @@
-"""Calls the laws for many vehicles at once, and keeps what each law remembers of them."""
+"""Calls the laws for many vehicles at once, and keeps the states of each law."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from zenvoy.vehicles.time_limit import time_limit
 
 
 class _State(NamedTuple):
-    """What a law has left of its decisions, of every vehicle, and in which cycle it did."""
+    """The state of a law for every vehicle, and the cycle of its last decision for each."""
 
     cycle: Ints
     columns: tuple[Floats, ...]
 
 
 class LawCalls:
-    """Of `count` vehicles, in runs of `size` each."""
+    """Calls laws for `count` vehicles, in runs of `size` vehicles each, and keeps their states."""
 
     def __init__(self, count: int, size: int) -> None:
         self._count, self._size = count, size
@@ -34,10 +34,10 @@ class LawCalls:
     def call(
         self, cycle: int, controller: Controller, rows: Rows, observation: Observation
     ) -> Output:
-        """Return what a law decides for some vehicles in a cycle, whose observation lacks a state.
+        """Return the output of a law for some vehicles in a cycle; the observation gets its state.
 
-        Raises LawError with the name of the vehicle, as for one alone; NotCoveredError where it
-        fails for all at once, and not for each of them.
+        Raises LawError with the name of the first vehicle for which the law fails by itself, and
+        NotCoveredError if it fails only for all of them at once.
         """
         if controller.law.state:
             state = self._recalled(cycle, controller, rows)
@@ -56,7 +56,7 @@ class LawCalls:
             output = returned if isinstance(returned, Output) else Output(returned)
             if _usable(output, len(law.columns)):
                 return output
-        except BaseException as error:  # whatever it raises is its own, also sys.exit
+        except BaseException as error:  # the law may raise anything, even by sys.exit
             self._blame(controller, rows, observation)
             what = " ".join(described(error).split())
             raise NotCoveredError(f"law {law.name} raised {what}, but only on arrays") from error
@@ -73,7 +73,7 @@ class LawCalls:
                 raise
 
     def _recalled(self, cycle: int, controller: Controller, rows: Rows) -> tuple[Floats, ...]:
-        """The states of the law; those that it starts with, where it did not decide just now."""
+        """Return the states of a law, which are new where it did not decide in the last cycle."""
         start = tuple(np.full(self._count, value) for value in controller.law.state)
         kept = self._states.get(id(controller))
         if kept is None:
@@ -98,7 +98,7 @@ class LawCalls:
 
 
 def _usable(output: Output, columns: int) -> bool:
-    """Whether a law has returned what `decision.applied` asks for, for every vehicle."""
+    """Return whether an output is valid for every vehicle, by the rules of `decision.applied`."""
     numbers = (output.acceleration, *output.state)
     return (
         all(everywhere(np.isfinite(values)) for values in numbers)
@@ -108,7 +108,7 @@ def _usable(output: Output, columns: int) -> bool:
 
 
 def _alone(observation: Observation, at: int) -> Observation:
-    """What one vehicle sees, in floats."""
+    """Return the observation of one vehicle, in floats."""
 
     def one(value: Any) -> Any:
         if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""Which links count for the vehicles: one after the other ahead and behind, and to the leader."""
+"""The links that the vehicles use: to the vehicles ahead and behind, and to the leader."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from zenvoy.vehicles.neighbours import neighbours
 
 @dataclass(frozen=True, kw_only=True)
 class Links:
-    """Of `runs` runs side by side. ahead, behind: nearest first; leader: None where nobody asks.
+    """The links of runs side by side.
 
-    seam_ahead, seam_behind: what is added to the difference of reported positions, m, by link.
+    ahead and behind begin with the nearest vehicle. leader is None if no law needs it. seam_ahead
+    and seam_behind are added to differences of reported positions, m, by link.
     """
 
     ahead: tuple[Link, ...]
@@ -33,14 +34,14 @@ class Links:
 
     @property
     def every(self) -> list[Link]:
-        """All of them."""
+        """All links."""
         return [*self.ahead, *self.behind, *([] if self.leader is None else [self.leader])]
 
 
 def links_of(
     scenario: Scenario, timing: Timing, controllers: Sequence[Controller], runs: int
 ) -> Links:
-    """Return the links that these controllers look at, at any time."""
+    """Return the links that these controllers use at some time."""
     size = scenario.fleet.size
     each = [neighbours(scenario, vehicle, controllers) for vehicle in range(1, size + 1)]
     m = max(1, *(one.law.sides(one.parameters) for one in controllers))
@@ -67,24 +68,27 @@ def links_of(
 
 
 def reported(link: Link, cycle: int) -> Reported:
-    """What the senders of a link report of their motion: speed, and the acceleration in force."""
+    """Return the motion that the senders of a link report: speed and acceleration in force."""
     newest = link.newest
     return Reported(Motion(newest.speed, newest.plan.values[0]), fresh(link, cycle))
 
 
 def fresh(link: Link, cycle: int) -> Bools | None:
-    """Whose newest beacon may be used in a cycle; None: everyone's."""
+    """Return where the newest beacon may be used in a cycle; None means everywhere."""
     return None if link.all_of(cycle) else link.fresh(cycle)
 
 
 def radar_of(link: Link, cycle: int) -> Known:
-    """The radar readings of the senders of a link."""
+    """Return the radar readings of the senders of a link."""
     newest = link.newest
     return Known(Relative(newest.gap, newest.relative_speed), fresh(link, cycle))
 
 
 class Chains(NamedTuple):
-    """States to the 1st, 2nd, … vehicle ahead and behind, and how many are known on both sides."""
+    """Relative states to the 1st, 2nd, … vehicle ahead and behind.
+
+    known is the number of vehicles that are known on both sides.
+    """
 
     ahead: list[Known]
     behind: list[Known]
@@ -92,20 +96,20 @@ class Chains(NamedTuple):
 
     @property
     def pairs(self) -> tuple[tuple[Relative, Relative], ...]:
-        """The states of both sides."""
+        """The states ahead and behind, in pairs."""
         both = zip(self.ahead, self.behind, strict=True)
         return tuple((one.state, other.state) for one, other in both)
 
 
 def by_radar(links: Links, own: Relative, cycle: int) -> Chains:
-    """Chains as sums of radar readings; as `Radio.chains`."""
+    """Return chains as sums of radar readings, as `Radio.chains` does."""
     ahead = [Known(own), *(radar_of(link, cycle) for link in links.ahead[:-1])]
     behind = [radar_of(link, cycle) for link in links.behind]
     return _chains(links, _summed(ahead), _summed(behind))
 
 
 def by_position(links: Links, here: Floats, v: Floats, cycle: int) -> Chains:
-    """Chains from reported positions (m) against the own one, `here`, and the own speed (m/s)."""
+    """Return chains from reported positions, own positions `here` (m) and own speeds v (m/s)."""
     ahead, behind = [], []
     for link, seam in zip(links.ahead, links.seam_ahead, strict=True):
         newest = link.newest
@@ -121,14 +125,14 @@ def by_position(links: Links, here: Floats, v: Floats, cycle: int) -> Chains:
 def gap_then(
     heard: Beacons, position: Floats, speed: Floats, seam: Floats, *, ahead: bool
 ) -> tuple[Floats, Floats]:
-    """State of a link at the time of a beacon, by both positions then; as `Knowledge` has it."""
+    """Return the state of a link at the time of a beacon, from both positions at that time."""
     if ahead:
         return heard.position + seam - position, heard.speed - speed
     return position - heard.position + seam, speed - heard.speed
 
 
 def _summed(links: list[Known]) -> list[Known]:
-    """States over 1, 2, ... links; known where all links on the way are."""
+    """Return the states over 1, 2, … links; a state is known where all its links are."""
     sums = []
     p = v = 0.0
     there: Bools | None = None

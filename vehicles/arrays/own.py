@@ -1,4 +1,4 @@
-"""What vehicles know of their own motion: readings of the past, and commands under way."""
+"""The own motion of vehicles: past readings, and commands that have not yet taken effect."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zenvoy.vehicles.steps import NS, over, spans
 
 
 class OwnMotion:
-    """Of `count` vehicles, from cycle 0 on: `sense` each cycle, then `command`."""
+    """The own motion of `count` vehicles. Call `sense`, then `command`, in each cycle from 0."""
 
     def __init__(self, timing: Timing, count: int) -> None:
         self._timing = timing
@@ -20,7 +20,7 @@ class OwnMotion:
         self._read: list[Floats] = []  # by cycle: mean over the period that ends at its start
         self._commands: list[Floats] = []
         self.plan = Plan(())
-        """That of the newest cycle."""
+        """The plan of the newest cycle."""
         period_ns, lag = timing.period_ns, timing.lag
         # The commands in force over the last period: by cycles before the newest one.
         ages = (lag + 1, lag)
@@ -34,9 +34,10 @@ class OwnMotion:
         return len(self._read) - 1
 
     def sense(self, acceleration: Floats) -> Plan:
-        """Take in the readings at the start of the next cycle, m/s²; returns the plan from there.
+        """Store the readings at the start of the next cycle, m/s², and return the plan from there.
 
-        As `Knowledge.sense`: it is the commands, or the reading where that contradicts them.
+        The plan has the commands, or the reading where it contradicts them, as in
+        `Knowledge.sense`.
         """
         self._read.append(acceleration)
         cycle = self.cycle
@@ -53,11 +54,11 @@ class OwnMotion:
         return self.plan
 
     def command(self, acceleration: Floats) -> None:
-        """Remember the commands of the newest cycle."""
+        """Store the commands of the newest cycle."""
         self._commands.append(acceleration)
 
     def mean(self, cycle: int, rows: Rows) -> Floats:
-        """Return the mean acceleration over the period from t_cycle on, m/s², of some vehicles."""
+        """Return the mean acceleration of some vehicles over the period from t_cycle, m/s²."""
         read = self._read[max(cycle, self._first_kept()) + 1][rows]
         if cycle == self.cycle - 1:
             return read
@@ -88,6 +89,6 @@ class OwnMotion:
         return self._commands[cycle] if cycle >= 0 else self._nothing
 
     def _first_kept(self) -> int:
-        """The first period whose reading is not forgotten, by the cycle that it begins with."""
+        """Return the cycle at which the first period begins whose reading is not forgotten."""
         timing = self._timing
         return max(-1, self.cycle - timing.keep_ns // timing.period_ns - 1)

@@ -1,4 +1,4 @@
-"""What vehicles expect of themselves: their commands under way, from the start of a cycle on."""
+"""The accelerations that vehicles plan, from the start of a cycle: commands under way."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from zenvoy.vehicles.steps import NS, over, spans
 
 
 class Plan(NamedTuple):
-    """Accelerations in force from each of the `starts_ns` of a Timing on, m/s².
+    """The accelerations in force from each of the `starts_ns` of a Timing, m/s².
 
-    bare: where only the first of them counts, for the reading contradicts the commands; None:
-    nowhere.
+    bare is a mask of the vehicles for which only the first entry counts, because the reading
+    contradicts the commands; None means no vehicle.
     """
 
     values: tuple[Floats, ...]
     bare: Bools | None = None
 
     def of(self, rows: Rows) -> Plan:
-        """Return those of some vehicles."""
+        """Return the plans of some vehicles."""
         if isinstance(rows, slice):
             return self
         values = tuple(value[rows] for value in self.values)
@@ -31,8 +31,8 @@ class Plan(NamedTuple):
     def over(self, timing: Timing, t0_ns: int, t1_ns: int, first: int = 0) -> tuple[Floats, Floats]:
         """Return displacement beyond uniform motion (m) and change of speed (m/s).
 
-        From t0 to t1, which count from the start of the plan's cycle. What stands in the plan
-        before its entry `first` is forgotten.
+        The times t0 and t1 count from the start of the plan's cycle. Entries before
+        `first` are forgotten.
         """
         values = self.values
         parts = spans(timing.starts_ns[first:], t0_ns, t1_ns)
@@ -49,8 +49,8 @@ class Plan(NamedTuple):
         return np.asarray(dv / ((t1_ns - t0_ns) * NS))
 
     def put(self, rows: Rows, of: Plan) -> Plan:
-        """Return this plan with that of some vehicles in its place."""
-        if isinstance(rows, slice) or not of.values:  # nobody plans
+        """Return this plan with the entries of some vehicles replaced."""
+        if isinstance(rows, slice) or not of.values:  # without entries there is nothing to replace
             return of
         for value, new in zip(self.values, of.values, strict=True):
             value[rows] = new
@@ -62,5 +62,5 @@ class Plan(NamedTuple):
 
 
 def no_plan(timing: Timing, count: int) -> Plan:
-    """Return a plan of `count` vehicles that says nothing yet."""
+    """Return a plan of `count` vehicles in which all accelerations are 0."""
     return Plan(tuple(np.zeros(count) for _ in timing.starts_ns))

@@ -1,5 +1,5 @@
-"""What the array engine cannot run."""
+"""The error of the array engine for what it does not run."""
 
 
 class NotCoveredError(Exception):
-    """Raised where a run needs what the array engine does not have; its text names it."""
+    """A run needs something that the array engine lacks; the text names it."""

@@ -1,4 +1,4 @@
-"""Which entries of an array are meant: all of them, or some."""
+"""Types of arrays, and selections of their entries."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 Rows = slice | Ints
-"""All entries, or the numbers of some in rising order."""
+"""A selection: all entries of an array, or the indices of some in ascending order."""
 
 ALL: Final = slice(None)
 
@@ -28,7 +28,7 @@ def everywhere(mask: Bools) -> bool:
 
 
 def chosen(mask: Bools) -> Rows | None:
-    """Return the entries where `mask` is set; None where it is nowhere."""
+    """Return the entries where `mask` is set; None if it is set nowhere."""
     if everywhere(mask):
         return ALL
     found = np.flatnonzero(mask)
@@ -36,7 +36,7 @@ def chosen(mask: Bools) -> Rows | None:
 
 
 def within(rows: Rows, some: Rows) -> Rows:
-    """Return `some` of the entries `rows`, as entries of the whole."""
+    """Return `some` of the entries `rows`, as entries of the whole array."""
     if isinstance(some, slice):
         return rows
     return some if isinstance(rows, slice) else rows[some]

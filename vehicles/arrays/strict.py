@@ -1,4 +1,4 @@
-"""Arithmetic of arrays that fails where that of floats does."""
+"""Arithmetic of arrays that raises where arithmetic of floats raises."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 
 def strict_arithmetic() -> AbstractContextManager[object]:
-    """Raise FloatingPointError where an array is divided by 0, as floats raise.
+    """Return a context in which a division of an array by 0 raises FloatingPointError.
 
-    numpy would warn and go on with infinity, which a law may turn into a finite acceleration.
+    By default numpy warns and returns infinity, which a law may turn into a finite acceleration.
     """
     return np.errstate(divide="raise", invalid="raise", over="ignore", under="ignore")

@@ -10,19 +10,19 @@ from zenvoy.scenarios import Scenario
 
 @dataclass(frozen=True)
 class Timing:
-    """Of a scenario in lock-step, where every vehicle decides at t_k + wait. All in ns."""
+    """The timing of a scenario in lock-step, in ns. Every vehicle decides at t_k + wait."""
 
     period_ns: int
     wait_ns: int
     effect_ns: int
-    """From the start of a cycle to the effect of its commands."""
+    """Time from the start of a cycle to the effect of its commands."""
     keep_ns: int
-    """For how long what has been is remembered."""
+    """Time for which vehicles remember the past."""
     age_limit_ns: int
 
     @classmethod
     def of(cls, scenario: Scenario) -> Timing:
-        """Return that of a scenario."""
+        """Return the timing of a scenario."""
         age_ns, delay_ns = scenario.beacon_age_limit_ns, scenario.system_delay_ns
         return cls(
             period_ns=scenario.period_ns,
@@ -34,11 +34,11 @@ class Timing:
 
     @cached_property
     def lag(self) -> int:
-        """Cycles after which a command is in force at the start of a cycle."""
+        """Number of cycles after which a command is in force at the start of a cycle."""
         return max(1, -(-self.effect_ns // self.period_ns))
 
     @cached_property
     def starts_ns(self) -> tuple[int, ...]:
-        """When the commands that are known at t_k take effect, from t_k on; the first one has."""
+        """Times from t_k at which the commands known at t_k take effect; the first is in force."""
         under_way = range(1, self.lag)
         return (0, *((i - self.lag) * self.period_ns + self.effect_ns for i in under_way))

@@ -1,4 +1,4 @@
-"""Whether a law serves arrays: it is tried on a few vehicles, one by one and all at once."""
+"""Tries whether a law takes arrays, on a few vehicles, one by one and all at once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _POINTS = np.array(
 
 
 class _FaultError(Exception):
-    """A law has raised; the text says what, in a line."""
+    """A law has raised an exception; the text is a line about it."""
 
 
 def _of(error: BaseException) -> _FaultError:
@@ -30,10 +30,10 @@ def _of(error: BaseException) -> _FaultError:
 
 
 def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
-    """Return why a law does not serve arrays, in a few words; None where it does.
+    """Return why a law does not take arrays, in a few words; None if it does.
 
-    limit_s: wall time that the trial may take. What the law returns for several vehicles at once
-    must be what it returns for each, bit for bit.
+    The law must return the same bits for several vehicles at once as for each of them. The trial
+    may take limit_s of wall time.
     """
     try:
         with errors_of_the_code(_of), time_limit(limit_s), strict_arithmetic():

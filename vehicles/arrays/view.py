@@ -1,4 +1,4 @@
-"""What there is to decide on, of every vehicle."""
+"""The data on which the vehicles decide."""
 
 from __future__ import annotations
 
@@ -11,14 +11,20 @@ from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
 
 
 class Known(NamedTuple):
-    """A state that is not known of everyone; there: of whom it is, None: of all."""
+    """The relative states of a link.
+
+    there is a mask of the vehicles for which the state is known; None means all of them.
+    """
 
     state: Relative
     there: Bools | None = None
 
 
 class Reported(NamedTuple):
-    """What others report of their motion; there: whose report is fresh, None: everyone's."""
+    """The motions that senders report.
+
+    there is a mask of the vehicles whose report is fresh; None means all of them.
+    """
 
     motion: Motion
     there: Bools | None = None
@@ -28,7 +34,7 @@ NOTHING: Final = Reported(SILENT)
 
 
 class Seen(NamedTuple):
-    """What a law decides on: states of both links, and own speed (m/s)."""
+    """The data of a law: the states of both links, and the own speed (m/s)."""
 
     ahead: Known
     behind: Known
@@ -37,12 +43,12 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """What there is to decide on, of every vehicle.
+    """The data on which the vehicles decide in a cycle.
 
-    radar: the own one's reading. read: the newest readings. predicted: the estimates at the effect
-    of the command, where somebody asks for them. sides: states to the j-th vehicle ahead and
-    behind; known_sides: how many of these are known, on both sides. first, last: who stands at the
-    ends of an open road.
+    radar is the reading of the own radar, and read has the newest readings of all sources.
+    predicted has the estimates at the effect of the commands, if any law needs them. sides has the
+    states to the j-th vehicle ahead and behind, and known_sides is the number of vehicles that are
+    known on both sides. first and last are masks of the vehicles at the ends of an open road.
     """
 
     radar: Relative
