@@ -1,6 +1,6 @@
-"""The array engine: from one seed of a batch, the log of the in-process bus, message by message.
+"""The array engine writes the log of the in-process bus for each seed, message by message.
 
-`ARRAY_EXAMPLES=2000 pytest tests/fleet/test_arrays.py` tries as many whole scenarios.
+`ARRAY_EXAMPLES=2000 pytest tests/fleet/test_arrays.py` tries 2000 whole scenarios.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ EXAMPLES: Final = int(os.environ.get("ARRAY_EXAMPLES", "40"))
 
 
 class Message(NamedTuple):
-    """A message as it is logged."""
+    """A logged message."""
 
     topic: str
     time_ns: int
@@ -32,21 +32,21 @@ class Message(NamedTuple):
 
 
 class Recorded(list[Message]):
-    """Takes the place of a recorder."""
+    """A list that stands in for a recorder."""
 
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         self.append(Message(topic.log_name, time_ns, payload))
 
 
 def on_bus(scenario: Scenario) -> list[Message]:
-    """What the in-process bus logs."""
+    """Return the messages that the in-process bus logs."""
     found = Recorded()
     InProcessBus(agents_of(scenario), found.log).run()
     return found
 
 
 def in_batch(scenarios: list[Scenario], run: int) -> list[Message]:
-    """What one run of a batch logs."""
+    """Return the messages that one run of a batch logs."""
     batch, found = Batch(scenarios, whole=True), Recorded()
     log = RunLog(batch, run, found.log)
     for cycle in batch.cycles():
@@ -55,13 +55,13 @@ def in_batch(scenarios: list[Scenario], run: int) -> list[Message]:
 
 
 def of_seeds(scenario: Scenario, *seeds: int) -> list[Scenario]:
-    """The scenario with each of these seeds."""
+    """Return the scenario with each of these seeds."""
     values = scenario.model_dump(mode="json")
     return [Scenario.model_validate({**values, "seed": seed}) for seed in seeds]
 
 
 def first_difference(found: list[Message], expected: list[Message]) -> str | None:
-    """Where two logs differ; None where they are equal."""
+    """Return where two logs differ, or None if they are equal."""
     for number, (one, other) in enumerate(zip(found, expected, strict=False)):
         if one != other:
             return f"message {number}: {one.topic} of {one.time_ns}, {other.topic}"
@@ -134,7 +134,7 @@ LATENCY: Final = st.one_of(
 
 @st.composite
 def whole_scenarios(draw: st.DrawFn) -> Scenario:
-    """Fleets of 2 to 12, for some seconds, with all that the array engine runs."""
+    """Draw fleets of 2 to 12, for some seconds, with all that the array engine runs."""
     size = draw(st.integers(2, 12))
     ring = draw(st.booleans())
     several = st.lists(
@@ -214,7 +214,7 @@ def whole_scenarios(draw: st.DrawFn) -> Scenario:
 
 
 def _valid(values: dict[str, Any]) -> Scenario:
-    """The scenario, or one that the rest can be had with: not every draw goes together."""
+    """Return the scenario, or a plainer one if its drawn values exclude each other."""
     try:
         return Scenario.model_validate(values)
     except ValueError:

@@ -1,4 +1,4 @@
-"""A sample of the cases of `make chaos`: who is hit, how, in which kind of run, and when."""
+"""A sample of `make chaos`: cases have a victim, a signal, a kind of run and a moment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.chaos import Case, Found, all_kinds, expected_of, table, try_case
 
-# One of each victim and signal, over all kinds of runs and moments; a stall takes its limit.
+# One of each victim and signal, over all kinds of runs and moments. A stall takes its limit.
 SAMPLE: Final = [
     ("vehicle", "KILL", "shared", "middle"),
     ("vehicle", "TERM", "each", "middle"),
@@ -30,7 +30,7 @@ SAMPLE: Final = [
     ("command", "HUP", "each", "middle"),
     ("command", "STOP 3 s", "shared", "middle"),
 ]
-# How long an end takes depends on what else the machine does: that is for `make chaos` to say.
+# The time that an end takes depends on the load of the machine, so only `make chaos` judges it.
 _TIMING: Final = ("took ", " are lost")
 
 
@@ -47,7 +47,7 @@ def test_every_kind_of_case_has_a_documented_end() -> None:
     assert all(expected_of(kind).ends for kind in kinds)
 
 
-def test_the_table_counts_what_is_wrong() -> None:
+def test_the_table_counts_wrong_ends() -> None:
     case = Case(victim="world", blow="KILL", mode="each", moment="middle")
     results = [Found(case, code=3, took_s=0.5), Found(case, ["no log"], code=0, lost_s=0.25)]
     (row,) = table(results).splitlines()[1:]

@@ -1,4 +1,4 @@
-"""The engine that a run is asked to take: what it takes, what it refuses, and how its runs end."""
+"""Each engine runs what it covers, refuses the rest, and ends its runs as documented."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ EVERYTHING: Final = [text for change in NOT_COVERED for text in ("--set", change
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a scenario and laws of its own, which is the current one."""
+    """Make the current folder one with a scenario and its own laws, and return it."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pi.py").write_text(LAW)
     (tmp_path / "own.yaml").write_text(OWN)
@@ -106,7 +106,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def summary(folder: Path) -> dict[str, Any]:
-    """What `zenvoy run` has written beside the log."""
+    """Return the summary that `zenvoy run` writes beside the log."""
     found: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return found
 
@@ -137,11 +137,11 @@ def test_arrays_write_the_log_of_the_in_process_bus(here: Path, arguments: tuple
     ]
 
 
-def test_what_a_law_logs_is_read_from_the_log_of_arrays(here: Path) -> None:
+def test_logged_values_of_a_law_are_read_from_the_log_of_arrays(here: Path) -> None:
     run = api.run("own.yaml", engine="arrays", out="o")
     found = run.estimate["PI.gap_error"]
     assert found.shape == (60, 3)
-    assert (found[:, 1:] == found[:, 1:]).all()  # the first has nobody ahead
+    assert (found[:, 1:] == found[:, 1:]).all()  # the first vehicle has nobody ahead
 
 
 def test_a_collision_ends_a_run_on_arrays(here: Path) -> None:
@@ -155,16 +155,16 @@ def test_a_collision_ends_a_run_on_arrays(here: Path) -> None:
     assert (one["fingerprint"], one["cycles"]) == (other["fingerprint"], other["cycles"])
 
 
-def test_what_arrays_do_not_run_is_refused_before_anything_starts(here: Path) -> None:
+def test_a_scenario_that_arrays_do_not_run_is_refused_at_once(here: Path) -> None:
     run = ("run", "quickstart", *EVERYTHING, "--engine", "arrays", "--out", "o")
     refused = zenvoy(here, *run)
     assert refused == Outcome(2, "", refused.err)
     assert sorted(refused.err.splitlines()) == sorted(NOT_COVERED.values())
     assert not (here / "o").exists()
     changed = api.scenario("quickstart", channel={"medium": {"access": "csma"}})
-    with pytest.raises(api.InputError) as told:
+    with pytest.raises(api.InputError) as error:
         api.run(changed, engine="arrays", out="o")
-    assert str(told.value) == NOT_COVERED["channel.medium.access=csma"]
+    assert str(error.value) == NOT_COVERED["channel.medium.access=csma"]
     assert not (here / "o").exists()
 
 
@@ -188,7 +188,7 @@ def test_what_arrays_do_not_run_is_refused_before_anything_starts(here: Path) ->
     ],
     ids=["estimator", "memory"],
 )
-def test_what_arrays_do_not_estimate_is_refused(
+def test_estimators_that_arrays_do_not_run_are_refused(
     here: Path, changes: tuple[str, ...], line: str
 ) -> None:
     refused = zenvoy(here, "run", "quickstart", *changes, "--engine", "arrays", "--out", "o")
@@ -220,7 +220,7 @@ def test_a_law_that_does_not_take_arrays_is_refused(here: Path, setting: str, li
     assert checked == Outcome(0, f"own: valid; 3 vehicles, 6 s\n{line}\n", "")
 
 
-def test_auto_takes_arrays_where_they_run_the_scenario(here: Path) -> None:
+def test_auto_takes_arrays_if_they_run_the_scenario(here: Path) -> None:
     outcome = zenvoy(here, "run", "own.yaml", "--engine", "auto", "--out", "o")
     assert outcome.code == 0
     assert outcome.out.splitlines()[0] == "engine: arrays"
@@ -228,7 +228,7 @@ def test_auto_takes_arrays_where_they_run_the_scenario(here: Path) -> None:
     assert api.run("own.yaml", engine="auto", out="p").summary["bus"] == "arrays"
 
 
-def test_auto_says_why_it_does_not_take_arrays(here: Path) -> None:
+def test_auto_prints_why_it_does_not_take_arrays(here: Path) -> None:
     changes = ("--set", "channel.relay_hops=3", "--set", "channel.duplicate=0.25")
     outcome = zenvoy(here, "run", "own.yaml", *changes, "--engine", "auto", "--out", "o")
     assert outcome.code == 0
@@ -240,7 +240,7 @@ def test_auto_says_why_it_does_not_take_arrays(here: Path) -> None:
     assert summary(here / "o")["bus"] == "in-process"
 
 
-def test_a_check_says_what_keeps_a_scenario_from_arrays(here: Path) -> None:
+def test_check_prints_why_arrays_do_not_run_a_scenario(here: Path) -> None:
     assert zenvoy(here, "check", "own.yaml").out.splitlines()[1:] == ["runs on arrays"]
     checked = zenvoy(here, "check", "own.yaml", *EVERYTHING)
     assert checked.code == 0
@@ -260,7 +260,7 @@ def test_a_check_says_what_keeps_a_scenario_from_arrays(here: Path) -> None:
     ],
     ids=["clock", "guests"],
 )
-def test_what_needs_processes_is_refused(
+def test_options_that_need_processes_are_refused(
     here: Path, options: tuple[str, ...], expected: str, engine: str
 ) -> None:
     refused = zenvoy(here, "run", "own.yaml", *options, "--engine", engine, "--out", "o")
@@ -268,7 +268,7 @@ def test_what_needs_processes_is_refused(
     assert not (here / "o").exists()
 
 
-def test_the_older_option_goes_on_working(here: Path) -> None:
+def test_the_older_option_still_works(here: Path) -> None:
     run = ("run", "own.yaml", "--duration-s", "1", "--out")
     assert zenvoy(here, *run, "a", "--bus", "in-process", "--engine", "in-process").code == 0
     assert zenvoy(here, *run, "b", "--bus", "zenoh", "--engine", "processes").code == 0
@@ -297,7 +297,7 @@ def test_an_interrupted_run_on_arrays_keeps_its_log(here: Path, number: signal.S
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_law_that_fails_on_the_way_is_named_with_its_vehicle(here: Path, engine: str) -> None:
+def test_a_law_that_fails_during_a_run_is_named_with_its_vehicle(here: Path, engine: str) -> None:
     changes = ("--set", "control.parameters.breaks_at=30")
     outcome = zenvoy(here, "run", "own.yaml", *changes, "--engine", engine, "--out", "o")
     assert outcome.code == 3
@@ -321,7 +321,7 @@ def test_a_law_that_fails_for_all_at_once_is_named(here: Path) -> None:
         api.run(api.scenario("own.yaml", control={"model": "pi:PICKY"}), engine="arrays", out="p")
 
 
-def test_a_run_on_arrays_tells_its_progress(here: Path) -> None:
+def test_a_run_on_arrays_reports_its_progress(here: Path) -> None:
     seen: list[api.Progress] = []
     run = api.run("own.yaml", engine="arrays", out="o", on_progress=seen.append)
     assert [progress.time_s for progress in seen] == pytest.approx([0, 1, 2, 3, 4, 5, 6])

@@ -1,4 +1,4 @@
-"""Vehicles that are other programs: one without Zenvoy, one that joins, and who is turned away."""
+"""Other programs take part as vehicles: without Zenvoy, or with `zenvoy vehicle`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ channel: {loss: {p: 0.1}}
 
 @contextmanager
 def running(folder: Path, *arguments: str) -> Iterator[Command]:
-    """A long run in real time, in the midst of its cycles; its folder is out."""
+    """Start a long run in real time, and wait until it has cycles. Its folder is out."""
     (folder / "long.yaml").write_text(LONG)
     options = ("--realtime", "--out", "out", *arguments)
     with command(folder, "run", "long.yaml", *options) as started:
@@ -57,7 +57,7 @@ def running(folder: Path, *arguments: str) -> Iterator[Command]:
 
 @contextmanager
 def joining(folder: Path, *arguments: str) -> Iterator[Command]:
-    """`zenvoy vehicle`, in a folder of its own beside that of the run."""
+    """Start `zenvoy vehicle` in its own folder beside that of the run."""
     own = folder / "-".join(["vehicle", *arguments[1:2]])
     own.mkdir()
     with command(own, "vehicle", *arguments) as started:
@@ -66,7 +66,7 @@ def joining(folder: Path, *arguments: str) -> Iterator[Command]:
 
 @pytest.fixture(scope="module")
 def messages(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the messages as protoc makes them."""
+    """Return a folder with the messages that protoc generates."""
     out = tmp_path_factory.mktemp("messages")
     protoc = (sys.executable, "-m", "grpc_tools.protoc", f"-I{ROOT / 'bus'}")
     subprocess.run([*protoc, f"--python_out={out}", "messages.proto"], check=True)
@@ -77,7 +77,7 @@ def messages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def without_zenvoy(
     folder: Path, messages: Path, *program: str
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """A program that is vehicle 2, without Zenvoy on its path; it ends with the context."""
+    """Run a program as vehicle 2, without Zenvoy on its path. It ends with the context."""
     environment = {**os.environ, "PYTHONPATH": str(messages)}
     with subprocess.Popen(
         [*program, "2", str(folder / "out" / "connect.json")],
@@ -91,7 +91,7 @@ def without_zenvoy(
 
 
 def events(log: Log) -> list[tuple[int, int, str]]:
-    """Kind, vehicle and text of the events of a run so far."""
+    """Return kind, vehicle and text of the events of a run so far."""
     found = [pb.Event.FromString(message.data) for message in log.of("/events")]
     return [(event.kind, event.vehicle, event.text) for event in found]
 
@@ -103,19 +103,19 @@ def has_happened(folder: Path, *wanted: tuple[int, int, str]) -> bool:
 
 
 def meeting(folder: Path) -> dict[str, Any]:
-    """What the run says of where to connect to."""
-    told: dict[str, Any] = json.loads((folder / "out" / "connect.json").read_text())
-    return told
+    """Return the content of the run's connect.json."""
+    endpoints: dict[str, Any] = json.loads((folder / "out" / "connect.json").read_text())
+    return endpoints
 
 
 def commanded(folder: Path, vehicle: int) -> list[pb.RealTime]:
-    """Rows of the cycles in which the vehicle has sent a command."""
+    """Return the rows of the cycles in which the vehicle has sent a command."""
     log = read_log(folder / "out" / "run.mcap")
     rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
     return [row for row in rows if row.commanded_ns[vehicle - 1] >= 0]
 
 
-def test_the_example_is_short_and_does_without_zenvoy() -> None:
+def test_the_example_is_short_and_does_not_import_zenvoy() -> None:
     text = EXAMPLE.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 100
     in_cpp = EXAMPLE.with_suffix(".cpp").read_text(encoding="utf-8").splitlines()
@@ -131,9 +131,9 @@ def test_the_example_is_short_and_does_without_zenvoy() -> None:
 
 def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Path) -> None:
     drives_in_a_fleet(tmp_path, messages, sys.executable, str(EXAMPLE))
-    told = commanded(tmp_path, 2)
-    assert any(2 in row.destination for row in told)  # it has heard the others
-    for row in told:
+    cycles = commanded(tmp_path, 2)
+    assert any(2 in row.destination for row in cycles)  # it has heard the others
+    for row in cycles:
         assert row.decided_ns[1] >= row.time_ns + 50_000_000  # not before v2v_wait
 
 
@@ -144,7 +144,7 @@ def test_a_vehicle_in_another_language_drives_in_a_fleet(tmp_path: Path, message
 
 
 def drives_in_a_fleet(tmp_path: Path, messages: Path, *program: str) -> None:
-    """Vehicle 2 joins, is stopped, goes on, and ends with the run."""
+    """Check that vehicle 2 joins, is stopped, goes on, and ends with the run."""
     with running(tmp_path, "--without", "2") as started:
         wait_until(lambda: has_happened(tmp_path, (pb.EVENT_SILENT, 2, "")), "2 is missed")
         with without_zenvoy(tmp_path, messages, *program) as example:
@@ -162,14 +162,14 @@ def drives_in_a_fleet(tmp_path: Path, messages: Path, *program: str) -> None:
             wait_until(lambda: has_happened(tmp_path, *back), "it goes on")
             started.send(signal.SIGTERM)
             assert started.wait().code == 130
-            assert example.wait(LIMIT_S) == 0  # it has seen the world go
+            assert example.wait(LIMIT_S) == 0  # it has seen that the world is gone
     log = read_log(tmp_path / "out" / "run.mcap")
     assert log.whole
     modes = [pb.FleetEstimate.FromString(m.data).mode[1] for m in log.of("/fleet/estimate")]
     assert pb.MODE_FM in modes
     assert {pb.MODE_UNSPECIFIED, pb.MODE_FM} == set(modes)
-    told = commanded(tmp_path, 2)
-    assert any(2 in row.source for row in told)  # others have heard it
+    cycles = commanded(tmp_path, 2)
+    assert any(2 in row.source for row in cycles)  # others have heard it
     assert not (tmp_path / "out" / "connect.json").exists()
     assert "malformed" not in (tmp_path / "out" / "logs" / "world.log").read_text()
     assert "malformed" not in (tmp_path / "out" / "logs" / "channel.log").read_text()
@@ -181,16 +181,16 @@ def test_a_vehicle_joins_in_place_of_one_that_was_killed(tmp_path: Path) -> None
         started.send_to_child("vehicle-03", signal.SIGKILL)
         lost = ((pb.EVENT_PROCESS_LOST, 0, "vehicle-03"), (pb.EVENT_SILENT, 3, ""))
         wait_until(lambda: has_happened(tmp_path, *lost), "it is missed")
-        told = meeting(tmp_path)
-        ends = ("--connect", told["world"][0], "--connect", told["channel"][0])
-        with joining(tmp_path, "--id", "3", "--run", told["run"], *ends) as joined:
+        endpoints = meeting(tmp_path)
+        ends = ("--connect", endpoints["world"][0], "--connect", endpoints["channel"][0])
+        with joining(tmp_path, "--id", "3", "--run", endpoints["run"], *ends) as joined:
             back = (
                 *lost,
                 (pb.EVENT_PROCESS_BACK, 0, "vehicle-03"),
                 (pb.EVENT_SILENT_END, 3, ""),
             )
             wait_until(lambda: has_happened(tmp_path, *back), "it is back")
-            assert joined.out == f"vehicle-03 has joined {told['run']}\n"
+            assert joined.out == f"vehicle-03 has joined {endpoints['run']}\n"
             again = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", "out")
             assert (again.code, again.err) == (2, "--id 3: vehicle-03 is in the run already\n")
             joined.send(signal.SIGINT)
@@ -216,7 +216,7 @@ def test_a_vehicle_that_has_joined_ends_with_the_run(tmp_path: Path) -> None:
     assert outcome.out.endswith("the run has ended\n")
 
 
-def test_in_lock_step_who_joins_is_waited_for_and_changes_nothing(
+def test_in_lock_step_the_run_waits_for_a_guest_and_writes_the_same_log(
     tmp_path: Path, free_ports: tuple[int, int]
 ) -> None:
     (tmp_path / "s.yaml").write_text(STEPPED)
@@ -226,9 +226,9 @@ def test_in_lock_step_who_joins_is_waited_for_and_changes_nothing(
     guests = ("--without", "2", "--without", "4", "--listen", here[0])
     with command(tmp_path, "run", "s.yaml", "--out", "out", *guests, *patient) as started:
         wait_until((tmp_path / "out" / "connect.json").exists, "it says where to connect to")
-        told = meeting(tmp_path)
-        assert (told["world"][1], told["channel"][1]) == here
-        over_tcp = ("--run", told["run"], "--connect", here[0], "--connect", here[1])
+        endpoints = meeting(tmp_path)
+        assert (endpoints["world"][1], endpoints["channel"][1]) == here
+        over_tcp = ("--run", endpoints["run"], "--connect", here[0], "--connect", here[1])
         with (
             joining(tmp_path, "--id", "2", "--run", str(tmp_path / "out")) as near,
             joining(tmp_path, "--id", "4", *over_tcp) as far,
@@ -243,7 +243,7 @@ def test_in_lock_step_who_joins_is_waited_for_and_changes_nothing(
 
 @pytest.fixture
 def free_ports() -> tuple[int, int]:
-    """Two ports, one after the other, on which nobody listens."""
+    """Return two successive ports on which nobody listens."""
     for port in range(7447, 7647, 2):
         with socket.socket() as first, socket.socket() as second:
             try:
@@ -255,7 +255,7 @@ def free_ports() -> tuple[int, int]:
     pytest.fail("no free ports")
 
 
-def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
+def test_in_lock_step_a_vehicle_that_does_not_join_is_named(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(STEPPED)
     options = ("--without", "2", "--set", "stall_limit_s=1")
     outcome = zenvoy(tmp_path, "run", "s.yaml", "--out", "out", *options)
@@ -290,7 +290,7 @@ def test_in_lock_step_who_does_not_join_is_named(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_a_run_cannot_do_without_is_refused(
+def test_a_run_refuses_wrong_options_of_guests(
     tmp_path: Path, arguments: tuple[str, ...], line: str
 ) -> None:
     outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "out", *arguments)
@@ -315,25 +315,25 @@ def test_what_a_run_cannot_do_without_is_refused(
         ),
     ],
 )
-def test_a_vehicle_without_a_run_is_turned_away(
+def test_a_vehicle_without_a_run_is_refused(
     tmp_path: Path, arguments: tuple[str, ...], line: str
 ) -> None:
     outcome = zenvoy(tmp_path, "vehicle", "--id", "1", *arguments)
     assert (outcome.code, outcome.out, outcome.err) == (2, "", line + "\n")
 
 
-def test_who_does_not_fit_is_turned_away(tmp_path: Path) -> None:
+def test_a_vehicle_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     with running(tmp_path, "--without", "3", "--set", "stall_limit_s=2"):
-        told = meeting(tmp_path)
-        world = ("--connect", told["world"][0])
+        endpoints = meeting(tmp_path)
+        world = ("--connect", endpoints["world"][0])
         outcome = zenvoy(tmp_path, "vehicle", "--id", "4", "--run", "out")
         assert (outcome.code, outcome.err) == (
             2,
             "--id 4: is not in [1, 3], the vehicles of the run\n",
         )
-        outcome = zenvoy(tmp_path, "vehicle", "--id", "1", "--run", told["run"], *world)
+        outcome = zenvoy(tmp_path, "vehicle", "--id", "1", "--run", endpoints["run"], *world)
         assert (outcome.code, outcome.err) == (2, "--id 1: vehicle-01 is in the run already\n")
-        outcome = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", told["run"], *world)
+        outcome = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", endpoints["run"], *world)
         assert outcome.code == 2
         assert outcome.err.startswith("vehicle-03: no progress for 2 s, waiting for a reader of ")
         assert outcome.err.endswith(
@@ -344,5 +344,5 @@ def test_who_does_not_fit_is_turned_away(tmp_path: Path) -> None:
         )
         assert (outcome.code, outcome.err) == (
             2,
-            f"--run another: no answer within 1 s from {told['world'][0]}\n",
+            f"--run another: no answer within 1 s from {endpoints['world'][0]}\n",
         )

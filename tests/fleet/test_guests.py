@@ -1,4 +1,4 @@
-"""Where a run is met: what it leaves for others to read, and what they make of it."""
+"""A run writes its endpoints to connect.json, and guests read and check them."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ JSON = st.recursive(
 )
 
 
-def test_what_a_run_leaves_is_read_again(tmp_path: Path) -> None:
+def test_endpoints_of_a_run_are_read_back(tmp_path: Path) -> None:
     MET.write(tmp_path)
     assert read_endpoints(tmp_path) == MET
     assert MET.world == ("unixsock-stream//sockets/world", "tcp/127.0.0.1:7001")
     assert MET.channel == ("unixsock-stream//sockets/channel", "tcp/127.0.0.1:7002")
 
 
-def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None:
-    """Its number may have been given to another process, which started later."""
+def test_the_file_of_a_killed_run_is_recognised_as_stale(tmp_path: Path) -> None:
+    """A later process may have the same id, but it has another start time."""
     own = ProcessId.own()
     replace(MET, command=replace(own, started=own.started - 1)).write(tmp_path)
     with pytest.raises(GuestsError, match=r"the run was killed, and has left connect.json behind"):
@@ -47,7 +47,7 @@ def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("told", "wrong"),
+    ("written", "wrong"),
     [
         ({"world": []}, "world: Tuple should have at least 1 item"),
         ({"channel": [7]}, "channel: 0: Input should be a valid string"),
@@ -56,34 +56,34 @@ def test_what_a_killed_run_has_left_is_known_to_be_stale(tmp_path: Path) -> None
         ({"run": "**"}, "run: Value error, '\\*\\*' cannot be the name of a run"),
     ],
 )
-def test_what_makes_no_sense_is_refused(tmp_path: Path, told: dict[str, Any], wrong: str) -> None:
+def test_wrong_content_is_refused(tmp_path: Path, written: dict[str, Any], wrong: str) -> None:
     good: dict[str, Any] = {"run": "r1", "world": ["tcp/a:1"], "channel": ["tcp/a:2"]}
     (tmp_path / FILE).write_text(json.dumps(good))
     assert read_endpoints(tmp_path).run == "r1"
-    (tmp_path / FILE).write_text(json.dumps(good | told))
+    (tmp_path / FILE).write_text(json.dumps(good | written))
     with pytest.raises(GuestsError, match=rf"connect\.json is not valid: {wrong}"):
         read_endpoints(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 60_000, "nothing", '{"run": NaN}', "7" * 99_999])
-def test_what_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / FILE).write_text(text)
     with pytest.raises(GuestsError, match=r"connect\.json is not valid"):
         read_endpoints(tmp_path)
 
 
 @given(JSON)
-def test_whatever_it_says_there_is_one_kind_of_error(
-    tmp_path_factory: pytest.TempPathFactory, told: object
+def test_any_json_raises_the_same_error(
+    tmp_path_factory: pytest.TempPathFactory, written: object
 ) -> None:
     folder = tmp_path_factory.mktemp("met")
-    (folder / FILE).write_text(json.dumps(told))
+    (folder / FILE).write_text(json.dumps(written))
     with pytest.raises(GuestsError):
         read_endpoints(folder)
 
 
-def test_only_a_file_is_read(tmp_path: Path) -> None:
-    """A FIFO would keep its reader waiting for ever."""
+def test_only_a_regular_file_is_read(tmp_path: Path) -> None:
+    """A reader of a FIFO would wait forever."""
     os.mkfifo(tmp_path / FILE)
     with pytest.raises(GuestsError, match=r"has no connect.json"):
         read_endpoints(tmp_path)
@@ -91,7 +91,7 @@ def test_only_a_file_is_read(tmp_path: Path) -> None:
 
 @contextmanager
 def free_port() -> Iterator[int]:
-    """A port that nobody listens at, and neither at the next."""
+    """Yield a port on which nobody listens, nor on the next."""
     with socket.create_server(("127.0.0.1", 0)) as held:
         port = held.getsockname()[1]
     yield port if port < 65_534 else port - 2
@@ -113,14 +113,14 @@ def free_port() -> Iterator[int]:
         "",
     ],
 )
-def test_an_endpoint_that_is_none_is_refused(endpoint: str) -> None:
+def test_a_wrong_endpoint_is_refused(endpoint: str) -> None:
     with pytest.raises(GuestsError, match=r"is not tcp/<host>:<port> with a port in \[1, 65534\]"):
         guests((), [endpoint], 4)
 
 
 @pytest.mark.parametrize("shift", [0, 1])
-def test_ports_that_are_asked_for_twice_are_refused(shift: int) -> None:
-    """The channel listens at the next port, which may be another one's first."""
+def test_overlapping_ports_are_refused(shift: int) -> None:
+    """The channel listens on the next port, which may be the first port of another endpoint."""
     with free_port() as port:
         here = [f"tcp/127.0.0.1:{port}", f"tcp/127.0.0.1:{port + shift}"]
         with pytest.raises(GuestsError, match=f"port {port + shift}: Address already in use"):
@@ -128,7 +128,7 @@ def test_ports_that_are_asked_for_twice_are_refused(shift: int) -> None:
 
 
 def refused(folder: Path, *arguments: str) -> str:
-    """What `zenvoy vehicle` says when it refuses its input."""
+    """Return the message with which `zenvoy vehicle` refuses its input."""
     outcome: Outcome = zenvoy(folder, "vehicle", "--id", "1", *arguments)
     assert outcome.code == 2, outcome
     assert outcome.err.count("\n") == 1, outcome
@@ -141,17 +141,17 @@ def test_only_a_plain_name_becomes_a_key(name: str) -> None:
         plain_name(name)
 
 
-def test_a_vehicle_refuses_what_is_no_name_and_no_time(tmp_path: Path) -> None:
+def test_a_vehicle_refuses_wrong_names_and_times(tmp_path: Path) -> None:
     there = ("--connect", "tcp/127.0.0.1:1")
     assert refused(tmp_path, "--run", "**", *there).startswith(
         "--run: '**' cannot be the name of a run"
     )
     for time_s in ("1e30", "nan", "0", "-1", "inf"):
-        told = refused(tmp_path, "--run", "r", "--timeout-s", time_s, *there)
-        assert told == f"--timeout-s {float(time_s):g}: is not in [0.1, 86400]\n"
+        error = refused(tmp_path, "--run", "r", "--timeout-s", time_s, *there)
+        assert error == f"--timeout-s {float(time_s):g}: is not in [0.1, 86400]\n"
 
 
-def test_ipv6_serves(tmp_path: Path) -> None:
+def test_ipv6_endpoints_work(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET6, socket.SOCK_STREAM) as six:
         try:
             six.bind(("::1", 0))

@@ -1,4 +1,4 @@
-"""What the system refuses ends a run with its cause, and blames nobody."""
+"""If the system refuses a resource, the run ends with that cause and blames no process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ fleet: {size: 3}
 
 
 def run_with(folder: Path, tmpdir: Path) -> tuple[str, list[str]]:
-    """What a run says on stderr whose TMPDIR is a folder, and what is left in that one."""
+    """Run with TMPDIR set to a folder. Return stderr, and what the run leaves in the folder."""
     (folder / "s.yaml").write_text(SHORT)
     outcome = zenvoy(folder, "run", "s.yaml", "--out", "out", env={"TMPDIR": str(tmpdir)})
     assert outcome.code == 0, outcome
@@ -30,7 +30,7 @@ def run_with(folder: Path, tmpdir: Path) -> tuple[str, list[str]]:
 
 @pytest.mark.parametrize("name", ["a#b", "a?b", "long-" * 30])
 def test_sockets_are_never_outside_their_folder(tmp_path: Path, name: str) -> None:
-    """To Zenoh a path ends at `#` and `?`, and to Linux one of a socket after 107 bytes."""
+    """Zenoh ends a path at `#` and `?`, and Linux ends one of a socket after 107 bytes."""
     odd = tmp_path / name
     odd.mkdir()
     before = set(os.listdir(tmp_path))
@@ -38,7 +38,7 @@ def test_sockets_are_never_outside_their_folder(tmp_path: Path, name: str) -> No
     assert set(os.listdir(tmp_path)) == before | {"s.yaml", "out", "stdout.txt", "stderr.txt"}
 
 
-def test_where_no_folder_serves_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_usable_folder_nothing_starts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sockets, "_FALLBACKS", ())
     monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere#")
     monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
@@ -58,7 +58,7 @@ def test_a_folder_that_others_may_read_is_refused(tmp_path: Path) -> None:
         sockets.make_private(tmp_path / "link")
 
 
-def test_too_few_file_descriptors_are_told_before_anything_starts(tmp_path: Path) -> None:
+def test_too_few_file_descriptors_are_reported_before_anything_starts(tmp_path: Path) -> None:
     limit = (resource.RLIMIT_NOFILE, 40)
     outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "o", limit=limit)
     assert outcome.code == 1
@@ -70,7 +70,7 @@ def test_too_few_file_descriptors_are_told_before_anything_starts(tmp_path: Path
 
 
 def test_a_soft_limit_is_raised(tmp_path: Path) -> None:
-    """40 descriptors are the default of no system, but soft limits below the need are."""
+    """No system has a default of 40 descriptors, but some have soft limits below the need."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     try:
         resource.setrlimit(resource.RLIMIT_NOFILE, (40, hard))
@@ -80,16 +80,16 @@ def test_a_soft_limit_is_raised(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
-def test_too_few_processes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The limit does not hold for root, whom this test may be run by."""
+def test_too_few_processes_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit does not apply to root, who may run this test."""
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (100, 100))
     with pytest.raises(limits.LimitError, match=r"limited to 100 \(ulimit -u\), and 0 exist"):
         limits.require_room_for(10)
 
 
-def test_too_little_memory_is_told_at_once(tmp_path: Path) -> None:
-    """With 200 MB the import of scipy never ends."""
+def test_too_little_memory_is_reported_at_once(tmp_path: Path) -> None:
+    """The import of scipy never ends with 200 MB."""
     limit = (resource.RLIMIT_AS, 200_000 * 1024)
     outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "o", limit=limit)
     assert (outcome.code, outcome.err) == (
@@ -98,13 +98,13 @@ def test_too_little_memory_is_told_at_once(tmp_path: Path) -> None:
     )
 
 
-def test_too_little_memory_for_threads_is_told_in_a_line(tmp_path: Path) -> None:
+def test_too_little_memory_for_threads_is_reported_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(SHORT)
     limit = (resource.RLIMIT_AS, 500_000 * 1024)
     with command(tmp_path, "run", "s.yaml", "--out", "o", limit=limit) as started:
         outcome = started.wait()
         assert started.left(0.0) == []
-    if outcome.code:  # with luck it is just enough
+    if outcome.code:  # the memory may be just enough
         assert outcome.code == 1, outcome
         cause = r"\S+ cannot go on: (cannot start another thread|out of memory|Zenoh: ).*"
         assert re.fullmatch(cause, outcome.err.partition("\n")[0]), outcome
@@ -122,7 +122,5 @@ def test_too_little_memory_for_threads_is_told_in_a_line(tmp_path: Path) -> None
         (RuntimeError("a mistake"), None),
     ],
 )
-def test_what_the_system_refuses_is_known_from_mistakes(
-    error: Exception, expected: str | None
-) -> None:
+def test_a_shortage_is_distinguished_from_a_mistake(error: Exception, expected: str | None) -> None:
     assert shortage_of(error) == expected

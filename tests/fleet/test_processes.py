@@ -1,4 +1,4 @@
-"""The same scenario on both buses gives the same log, message by message and bit for bit."""
+"""Both buses write the same log of a scenario, message by message and bit for bit."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ sensors: {error: 0.6}
 
 
 def both(folder: Path, scenario: str) -> tuple[Log, Log]:
-    """Logs of a scenario on Zenoh and in-process."""
+    """Return the logs of a scenario on Zenoh and in process."""
     return (
         run(folder / "zenoh", scenario, "--bus", "zenoh"),
         run(folder / "in-process", scenario, "--bus", "in-process"),
@@ -52,7 +52,7 @@ def both(folder: Path, scenario: str) -> tuple[Log, Log]:
 
 
 def assert_same(one: Log, other: Log) -> None:
-    """Equal messages, at equal times, in equal order; not only an equal hash."""
+    """Check that messages, their times and their order are equal, not only the hash."""
     assert {message.topic for message in one.messages} <= DATA_TOPICS | {"/clock"}
     for topic in sorted(DATA_TOPICS):
         pairs = zip(one.of(topic), other.of(topic), strict=True)
@@ -65,7 +65,7 @@ def assert_same(one: Log, other: Log) -> None:
 
 
 def outcomes(log: Log) -> Counter[int]:
-    """How many frames had which outcome."""
+    """Return how many frames have each outcome."""
     counts: Counter[int] = Counter()
     for message in log.of("/v2v/frames"):
         counts.update(pb.Frames.FromString(message.data).outcome)
@@ -73,19 +73,19 @@ def outcomes(log: Log) -> Counter[int]:
 
 
 def modes(log: Log) -> set[int]:
-    """All modes that vehicles were in."""
+    """Return all modes of vehicles in a run."""
     rows = [pb.FleetEstimate.FromString(message.data) for message in log.of("/fleet/estimate")]
     return {mode for row in rows for mode in row.mode}
 
 
 def events(log: Log) -> list[pb.Event]:
-    """The events, in the order in which they were written."""
+    """Return the events in the order of the log."""
     return [pb.Event.FromString(message.data) for message in log.of("/events")]
 
 
 @contextmanager
 def busy_cores() -> Iterator[None]:
-    """Every core has something else to do."""
+    """Keep every core busy."""
     spinners = [
         subprocess.Popen([sys.executable, "-c", "while True: pass"])
         for _ in range(os.cpu_count() or 1)
@@ -104,7 +104,7 @@ def late(tmp_path_factory: pytest.TempPathFactory) -> tuple[Log, Log]:
     return both(tmp_path_factory.mktemp("late"), LATE_AND_LOST)
 
 
-def test_with_late_and_lost_frames(late: tuple[Log, Log]) -> None:
+def test_buses_agree_with_late_and_lost_frames(late: tuple[Log, Log]) -> None:
     assert_same(*late)
     zenoh, in_process = late
     assert zenoh.metadata["zenvoy.run"]["bus"] == "zenoh"
@@ -122,7 +122,7 @@ def test_with_late_and_lost_frames(late: tuple[Log, Log]) -> None:
     ]
 
 
-def test_again_and_while_every_core_is_busy(late: tuple[Log, Log], tmp_path: Path) -> None:
+def test_buses_agree_again_while_every_core_is_busy(late: tuple[Log, Log], tmp_path: Path) -> None:
     with busy_cores():
         again = run(tmp_path / "again", LATE_AND_LOST)
     assert_same(again, late[0])
@@ -134,7 +134,7 @@ def test_another_seed_gives_another_log(late: tuple[Log, Log], tmp_path: Path) -
     assert outcomes(other) != outcomes(late[1])
 
 
-def test_deciding_on_what_is_at_hand(tmp_path: Path) -> None:
+def test_buses_agree_without_a_wait_for_beacons(tmp_path: Path) -> None:
     scenario = """
     duration_s: 5
     fleet: {size: 6}
@@ -149,7 +149,7 @@ def test_deciding_on_what_is_at_hand(tmp_path: Path) -> None:
     assert set(command.effective_ns) == {160_000_000}
 
 
-def test_on_the_open_road_out_of_range_of_most(tmp_path: Path) -> None:
+def test_buses_agree_on_the_open_road_out_of_range_of_most(tmp_path: Path) -> None:
     scenario = """
     duration_s: 5
     road: {type: open}
@@ -164,7 +164,7 @@ def test_on_the_open_road_out_of_range_of_most(tmp_path: Path) -> None:
     assert {event.kind for event in events(zenoh)} == {pb.EVENT_FALLBACK, pb.EVENT_FALLBACK_END}
 
 
-def test_under_bcm(tmp_path: Path) -> None:
+def test_buses_agree_under_bcm(tmp_path: Path) -> None:
     scenario = """
     duration_s: 5
     fleet: {size: 5}
@@ -177,13 +177,13 @@ def test_under_bcm(tmp_path: Path) -> None:
     assert pb.MODE_BCM in modes(zenoh)
 
 
-def test_with_payloads_that_do_not_fit_in_one_message(tmp_path: Path) -> None:
+def test_buses_agree_with_payloads_that_exceed_one_message(tmp_path: Path) -> None:
     zenoh, in_process = both(tmp_path, "{duration_s: 3, fleet: {size: 40}}")
     assert_same(zenoh, in_process)
     assert min(len(message.data) for message in zenoh.of("/v2v/frames")) > 60_000
 
 
-def test_a_collision_stops_the_run_where_the_scenario_says_so(tmp_path: Path) -> None:
+def test_a_collision_stops_the_run_if_the_scenario_says_so(tmp_path: Path) -> None:
     zenoh, in_process = both(tmp_path, COLLIDING)
     assert_same(zenoh, in_process)
     *_, collision, stopped = events(zenoh)
@@ -210,7 +210,7 @@ def test_a_collision_does_not_stop_the_run_otherwise(tmp_path: Path) -> None:
         assert min(gaps) > 5.0 - 1e-6
 
 
-def test_loss_in_bursts_and_outages(tmp_path: Path) -> None:
+def test_buses_agree_on_bursts_of_loss_and_outages(tmp_path: Path) -> None:
     scenario = """
     duration_s: 5
     fleet: {size: 6}

@@ -1,4 +1,4 @@
-"""The paper's cases, the built-in mixes and platoons: the same bits with and without processes."""
+"""The paper's cases, mixes and platoons have the same bits with and without processes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MIXED: Final = ["mixed/humans", "mixed/platoons", "mixed/half-converted"]
 
 
 def fingerprint(folder: Path, scenario: str, bus: str) -> str:
-    """Of a shortened run, which must complete: half a second of FM, then the case's own model."""
+    """Return the fingerprint of a shortened run: half a second of FM, then the case's own model."""
     folder.mkdir()
     settings = [*SHORT, "--bus", bus]
     if scenario in CASES[4:]:

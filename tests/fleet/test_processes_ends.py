@@ -1,4 +1,4 @@
-"""However a run ends: the exit code, the message, the log, and no process left behind."""
+"""Every end of a run has its exit code, its message and its log, and leaves no process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAMES = {"world", "channel", "vehicle-01", "vehicle-02", "vehicle-03"}
 
 @contextmanager
 def running(folder: Path, *arguments: str, scenario: str = LONG) -> Iterator[Command]:
-    """A long run on Zenoh, in the midst of its cycles; its log is out/run.mcap."""
+    """Start a long run on Zenoh, and wait until it has cycles. Its log is out/run.mcap."""
     (folder / "long.yaml").write_text(scenario)
     with command(folder, "run", "long.yaml", "--out", "out", *arguments) as started:
         started.wait_for_children(NAMES)
@@ -39,13 +39,13 @@ def running(folder: Path, *arguments: str, scenario: str = LONG) -> Iterator[Com
 
 
 def events(log: Log) -> list[tuple[int, str]]:
-    """Kinds and texts of the events, in the order in which they were written."""
+    """Return kinds and texts of the events in the order of the log."""
     found = [pb.Event.FromString(message.data) for message in log.of("/events")]
     return [(event.kind, event.text) for event in found]
 
 
 def assert_stopped(log: Log) -> None:
-    """The log is whole, and says that the run was stopped and where."""
+    """Check that the log is complete, and has the time at which the run was stopped."""
     assert log.whole
     assert log.result["end"] == "stopped"
     assert events(log)[-1] == (pb.EVENT_STOPPED, "asked to end")
@@ -86,7 +86,7 @@ def test_a_killed_world_leaves_what_it_has_written(tmp_path: Path) -> None:
     assert [pb.FleetTruth.FromString(m.data).cycle for m in log.of("/fleet/truth")][:2] == [0, 1]
 
 
-def test_a_world_that_is_done_leaves_no_folder_of_sockets_to_a_command_that_is_killed(
+def test_no_folder_of_sockets_is_left_if_the_command_is_killed_after_the_world_is_done(
     tmp_path: Path,
 ) -> None:
     with running(tmp_path, scenario=LONG.replace("100000", "100")) as started:
@@ -120,7 +120,7 @@ def test_an_interrupted_run_keeps_its_log(
     assert all(log.read_text() == "" for log in (tmp_path / "out" / "logs").iterdir())
 
 
-def test_a_request_to_end_while_processes_start_is_heard(tmp_path: Path) -> None:
+def test_a_request_to_end_while_processes_start_takes_effect(tmp_path: Path) -> None:
     many = LONG.replace("size: 3", "size: 40")
     (tmp_path / "long.yaml").write_text(many)
     with command(tmp_path, "run", "long.yaml", "--out", "out") as started:
@@ -136,7 +136,7 @@ def test_a_request_to_end_while_processes_start_is_heard(tmp_path: Path) -> None
 def test_a_run_that_is_interrupted_before_its_first_cycle_is_stopped(tmp_path: Path) -> None:
     (tmp_path / "long.yaml").write_text(LONG)
     with command(tmp_path, "run", "long.yaml", "--out", "out") as started:
-        # A vehicle that is frozen as soon as it is there keeps the world waiting for its token.
+        # A vehicle that is frozen as soon as it exists keeps the world waiting for its token.
         started.wait_for_children({"vehicle-03"})
         started.send_to_child("vehicle-03", signal.SIGSTOP)
         sockets = Path(started.sockets.name)
@@ -150,7 +150,7 @@ def test_a_run_that_is_interrupted_before_its_first_cycle_is_stopped(tmp_path: P
     assert log.result["end"] == "stopped"
 
 
-def test_when_the_command_is_killed_its_processes_end_and_the_log_is_whole(tmp_path: Path) -> None:
+def test_if_the_command_is_killed_its_processes_end_and_the_log_is_complete(tmp_path: Path) -> None:
     with running(tmp_path) as started:
         started.send(signal.SIGKILL)
         assert started.wait().code == -signal.SIGKILL
@@ -176,7 +176,7 @@ def test_a_frozen_process_is_named_after_the_stall_limit(tmp_path: Path, victim:
 def test_a_process_that_is_asked_to_end_by_somebody_else_is_named(
     tmp_path: Path, victim: str
 ) -> None:
-    """Long before the stall limit, and not those who wait for it."""
+    """It is named long before the stall limit, in place of the processes that wait for it."""
     with running(tmp_path, "--set", "stall_limit_s=1000") as started:
         started.send_to_child(victim, signal.SIGTERM)
         outcome = started.wait()
@@ -186,9 +186,9 @@ def test_a_process_that_is_asked_to_end_by_somebody_else_is_named(
 
 
 def test_a_full_disk_is_reported_in_one_line(tmp_path: Path) -> None:
-    """A full disk, or rather the limit that a shell can set on the size of files.
+    """The test stands in for a full disk with a limit on the size of files.
 
-    The first chunk fits, however fast the run is, so that the log has cycles.
+    The first chunk always fits, so the log has cycles.
     """
     (tmp_path / "long.yaml").write_text(LONG)
     limit = (resource.RLIMIT_FSIZE, CHUNK_BYTES + 100_000)
@@ -204,7 +204,7 @@ def test_a_full_disk_is_reported_in_one_line(tmp_path: Path) -> None:
 
 
 def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
-    """By Ctrl-Z and fg, say: nobody has kept anybody waiting."""
+    """Ctrl-Z and fg do so. No process has kept another waiting."""
     with running(tmp_path, "--set", "stall_limit_s=1") as started:
         log = tmp_path / "out" / "run.mcap"
         started.send_to_group(signal.SIGSTOP)
@@ -217,7 +217,7 @@ def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
     assert (outcome.code, outcome.err) == (130, "interrupted; the log up to here is kept\n")
 
 
-def test_a_study_whose_process_died_says_so(tmp_path: Path) -> None:
+def test_a_study_reports_that_its_process_died(tmp_path: Path) -> None:
     with command(tmp_path, "degradation", "--seeds", "1", "--jobs", "1") as started:
         own = psutil.Process(started.pid)
         wait_until(lambda: bool(own.children()), "a run of the study is under way")
@@ -229,7 +229,7 @@ def test_a_study_whose_process_died_says_so(tmp_path: Path) -> None:
     ), outcome
 
 
-def test_processes_are_named_after_what_they_are_and_their_run(tmp_path: Path) -> None:
+def test_processes_are_named_after_their_role_and_run(tmp_path: Path) -> None:
     with running(tmp_path) as started:
         titles = started.children()
         started.send(signal.SIGTERM)

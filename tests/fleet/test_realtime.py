@@ -1,4 +1,4 @@
-"""A fleet in real time: all of it runs, also without a vehicle, and loses the same frames."""
+"""A fleet in real time runs even without a vehicle, and loses the same frames as in lock-step."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAMES = {"world", "channel", "vehicle-01", "vehicle-02", "vehicle-03"}
 
 @contextmanager
 def running(folder: Path, *arguments: str) -> Iterator[Command]:
-    """A long run in real time, in the midst of its cycles; its log is out/run.mcap."""
+    """Start a long run in real time, and wait until it has cycles. Its log is out/run.mcap."""
     (folder / "long.yaml").write_text(LONG)
     with command(folder, "run", "long.yaml", "--out", "out", *arguments) as started:
         started.wait_for_children(NAMES)
@@ -47,14 +47,14 @@ def running(folder: Path, *arguments: str) -> Iterator[Command]:
 
 
 def events(folder: Path) -> list[tuple[int, int, str]]:
-    """Kind, vehicle and text of the events of a run so far."""
+    """Return kind, vehicle and text of the events of a run so far."""
     log = read_log(folder / "out" / "run.mcap")
     found = [pb.Event.FromString(message.data) for message in log.of("/events")]
     return [(event.kind, event.vehicle, event.text) for event in found]
 
 
 def fates(log: Log) -> dict[tuple[int, int, int], tuple[bool, int]]:
-    """Of each frame by source, destination and sequence: whether it is lost, and its latency."""
+    """Return whether each frame (source, destination, sequence) is lost, and its latency."""
     tables = [pb.Frames.FromString(message.data) for message in log.of("/v2v/frames")]
     return {
         (source, destination, sequence): (outcome == pb.OUTCOME_LOST, latency_ns)
@@ -71,12 +71,12 @@ def fates(log: Log) -> dict[tuple[int, int, int], tuple[bool, int]]:
 
 
 @pytest.mark.parametrize("speed", ["1", "2"])
-def test_a_run_completes_on_the_wall_clock(tmp_path: Path, speed: str) -> None:
+def test_a_run_takes_its_time_on_the_wall_clock(tmp_path: Path, speed: str) -> None:
     log = run(tmp_path / "run", SHORT, "--realtime", "--speed", speed)
     assert log.whole
     assert log.result["end"] == "complete"
     assert log.result["cycles"] == "30"
-    assert float(log.result["wall_s"]) >= 3.0 / float(speed)  # no cycle began before its time
+    assert float(log.result["wall_s"]) >= 3.0 / float(speed)  # no cycle began early
     counts = {channel.topic: len(log.of(channel.topic)) for channel in log.channels.values()}
     per_cycle = ("/fleet/radar", "/fleet/estimate", "/fleet/command", "/v2v/frames", "/realtime")
     assert {counts[topic] for topic in per_cycle} == {30}
@@ -87,14 +87,14 @@ def test_a_run_completes_on_the_wall_clock(tmp_path: Path, speed: str) -> None:
     assert any(row.came_ns for row in rows)
     for row in rows:
         lateness = zip(row.came_ns, row.arrived_ns, strict=True)
-        assert all(came >= drawn for came, drawn in lateness)  # never before its instant
+        assert all(came >= drawn for came, drawn in lateness)  # none came early
     kinds = [pb.Event.FromString(message.data).kind for message in log.of("/events")]
     assert {pb.EVENT_BRAKE, pb.EVENT_BRAKE_END} <= set(kinds)
-    told = json.loads((tmp_path / "run" / "out" / "summary.json").read_text())["real_time"]
-    assert told["speed"] == float(speed)
-    assert told["lateness_ms"]["delivery"]["p50"] >= 0.0
-    assert told["lateness_ms"]["sense"]["max"] >= told["lateness_ms"]["sense"]["p50"] > 0.0
-    assert told["lateness_ms"]["command"]["p50"] >= -110.0 / float(speed)
+    reported = json.loads((tmp_path / "run" / "out" / "summary.json").read_text())["real_time"]
+    assert reported["speed"] == float(speed)
+    assert reported["lateness_ms"]["delivery"]["p50"] >= 0.0
+    assert reported["lateness_ms"]["sense"]["max"] >= reported["lateness_ms"]["sense"]["p50"] > 0.0
+    assert reported["lateness_ms"]["command"]["p50"] >= -110.0 / float(speed)
 
 
 def test_the_same_seed_loses_the_same_frames_as_in_lock_step(tmp_path: Path) -> None:
@@ -104,7 +104,7 @@ def test_the_same_seed_loses_the_same_frames_as_in_lock_step(tmp_path: Path) -> 
     stepped = fates(run(tmp_path / "stepped", BURSTS, "--set", "clock=lock-step"))
     assert realtime.items() <= stepped.items()
     assert len(stepped) == 40 * 5 * 4
-    assert len(realtime) > len(stepped) / 2  # all, unless a vehicle was kept waiting for a cycle
+    assert len(realtime) > len(stepped) / 2  # all, unless the machine held a vehicle up
     assert 0.1 < sum(lost for lost, _ in realtime.values()) / len(realtime) < 0.4
     assert len({latency_ns for _, latency_ns in realtime.values()}) > len(realtime) / 2
 
@@ -121,9 +121,9 @@ def test_a_stopped_vehicle_does_not_end_the_run_and_comes_back(tmp_path: Path) -
         assert started.left() == []
     assert outcome.code == 130
     assert outcome.err == "interrupted; the log up to here is kept\n"
-    told = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert told["real_time"]["commands_missing"] >= 4  # 0.5 s without any
-    assert told["end"] == "stopped"
+    reported = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert reported["real_time"]["commands_missing"] >= 4  # 0.5 s without any
+    assert reported["end"] == "stopped"
     silent = [vehicle for kind, vehicle, _ in events(tmp_path) if kind == pb.EVENT_SILENT]
     assert silent.count(2) == 1
 
@@ -156,7 +156,7 @@ def test_a_killed_channel_ends_the_run(tmp_path: Path) -> None:
     log = read_log(tmp_path / "out" / "run.mcap")
     assert log.whole
     assert log.result["end"] == "stopped"
-    # The world hears of it by itself, or is asked to end before that.
+    # The world notices it by itself, or is asked to end before that.
     ends = {(pb.EVENT_PROCESS_LOST, 0, "channel"), (pb.EVENT_STOPPED, 0, "asked to end")}
     assert ends & set(events(tmp_path))
 
@@ -169,7 +169,9 @@ def test_a_killed_channel_ends_the_run(tmp_path: Path) -> None:
     ],
     ids=["Ctrl-C", "kill -9 of the command"],
 )
-def test_however_it_ends_the_log_is_whole(tmp_path: Path, end: Callable[[Command], None]) -> None:
+def test_the_log_is_complete_after_every_end(
+    tmp_path: Path, end: Callable[[Command], None]
+) -> None:
     with running(tmp_path) as started:
         end(started)
         outcome = started.wait()
@@ -199,7 +201,7 @@ def test_however_it_ends_the_log_is_whole(tmp_path: Path, end: Callable[[Command
         ),
     ],
 )
-def test_what_cannot_be_run_is_refused_in_a_line(
+def test_settings_that_cannot_run_are_refused_in_one_line(
     tmp_path: Path, arguments: tuple[str, ...], line: str
 ) -> None:
     outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "out", *arguments)

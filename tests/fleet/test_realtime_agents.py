@@ -1,4 +1,4 @@
-"""Real time without load is lock-step, bit for bit; with lateness, what is late is what is told."""
+"""Without lateness, real time equals lock-step bit for bit. With lateness, the log reports it."""
 
 from __future__ import annotations
 
@@ -82,14 +82,14 @@ def of(topic: str, logged: Logged) -> list[tuple[int, bytes]]:
 
 
 @pytest.mark.parametrize("text", SCENARIOS.values(), ids=SCENARIOS.keys())
-def test_without_load_it_is_lock_step_bit_for_bit(tmp_path: Path, text: str) -> None:
-    told = scenario(tmp_path, text)
-    realtime, stepped = in_virtual_time(told), in_lock_step(told)
+def test_without_lateness_real_time_equals_lock_step_bit_for_bit(tmp_path: Path, text: str) -> None:
+    settings = scenario(tmp_path, text)
+    realtime, stepped = in_virtual_time(settings), in_lock_step(settings)
     for topic in DATA:
         found, expected = of(topic, realtime), of(topic, stepped)
         assert [at for at, _ in found] == [at for at, _ in expected], topic
         assert found == expected, topic
-    assert len(of("/realtime", realtime)) == told.cycles
+    assert len(of("/realtime", realtime)) == settings.cycles
 
 
 MS = 1_000_000
@@ -105,7 +105,7 @@ def rows(topic: str, kind: Any, logged: Logged) -> list[Any]:
 
 
 def fates(logged: Logged) -> dict[tuple[int, int, int], tuple[bool, int]]:
-    """Of each frame by source, destination and sequence: whether it is lost, and its latency."""
+    """Return whether each frame (source, destination, sequence) is lost, and its latency."""
     return {
         (source, destination, sequence): (outcome == pb.OUTCOME_LOST, latency_ns)
         for frames in rows("/v2v/frames", pb.Frames, logged)
@@ -125,20 +125,20 @@ def events(logged: Logged) -> list[tuple[int, int, int]]:
     return [(event.kind, event.vehicle, event.time_ns) for event in found]
 
 
-def test_the_same_frames_are_lost_whatever_comes_late(tmp_path: Path) -> None:
-    told = scenario(tmp_path, LATE_AND_LOST)
+def test_lateness_does_not_change_which_frames_are_lost(tmp_path: Path) -> None:
+    settings = scenario(tmp_path, LATE_AND_LOST)
 
     def jitter(envelope: Envelope, now_ns: int) -> int:
-        """Up to 9 ms; past 5 ms a beacon goes on the air after the others of its cycle."""
+        """Delay by up to 9 ms. Past 5 ms a beacon is sent after the others of its cycle."""
         digest = hashlib.sha256(envelope.topic.name.encode() + envelope.payload).digest()
         return int.from_bytes(digest[:4], "little") % (9 * MS)
 
-    realtime, stepped = in_virtual_time(told, jitter), in_lock_step(told)
+    realtime, stepped = in_virtual_time(settings, jitter), in_lock_step(settings)
     assert fates(realtime) == fates(stepped)
     assert len(fates(realtime)) == 60 * 5 * 4
     lost = [lost for lost, _ in fates(realtime).values()]
     assert 0.1 < np.mean(lost) < 0.4
-    told_of = {
+    reported = {
         (source, destination, arrived_ns)
         for row in rows("/realtime", pb.RealTime, realtime)
         for source, destination, arrived_ns in zip(
@@ -148,18 +148,18 @@ def test_the_same_frames_are_lost_whatever_comes_late(tmp_path: Path) -> None:
     due = {
         (source, destination, 100 * MS * sequence + latency_ns)
         for (source, destination, sequence), (lost, latency_ns) in fates(realtime).items()
-        if not lost and sequence < 58  # those of the end are not waited for
+        if not lost and sequence < 58  # the run does not wait for the last ones
     }
-    assert due <= told_of
+    assert due <= reported
 
 
 def test_a_frame_that_comes_after_its_decision_is_late(tmp_path: Path) -> None:
-    told = scenario(tmp_path, QUIET)  # 10.4 ms on the way, 9.6 ms to spare
+    settings = scenario(tmp_path, QUIET)  # 10.4 ms on the way, 9.6 ms to spare
 
     def slow(envelope: Envelope, _: int) -> int:
         return 12 * MS if (envelope.topic, envelope.vehicle) == (RECEIVE, 1) else MS
 
-    realtime = in_virtual_time(told, slow)
+    realtime = in_virtual_time(settings, slow)
     for frames in rows("/v2v/frames", pb.Frames, realtime)[:-1]:
         outcome = dict(zip(frames.destination, frames.outcome, strict=True))
         assert outcome == {1: pb.OUTCOME_LATE, **dict.fromkeys((2, 3, 4), pb.OUTCOME_DELIVERED)}
@@ -180,12 +180,12 @@ def test_a_frame_that_comes_after_its_decision_is_late(tmp_path: Path) -> None:
 
 def test_a_late_command_takes_effect_when_it_comes(tmp_path: Path) -> None:
     brake = "events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 3}]"
-    told = scenario(tmp_path, QUIET + brake)
+    settings = scenario(tmp_path, QUIET + brake)
 
     def slow(envelope: Envelope, _: int) -> int:
         return 110 * MS if (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
 
-    realtime = in_virtual_time(told, slow)
+    realtime = in_virtual_time(settings, slow)
     for row in rows("/fleet/command", pb.FleetCommand, realtime):
         start_ns = row.time_ns - 20 * MS
         on_time, late = start_ns + 100 * MS, start_ns + 130 * MS
@@ -193,7 +193,7 @@ def test_a_late_command_takes_effect_when_it_comes(tmp_path: Path) -> None:
     for timing in rows("/realtime", pb.RealTime, realtime):
         late_ns = np.array(timing.commanded_ns) - timing.deadline_ns
         assert list(late_ns > 0) == [False, True, False, False]
-    # What acts over a period is the command of two cycles ago for 30 ms, and then the next one.
+    # Over a period, the command of two cycles ago acts for 30 ms, and then the next one.
     decided = [row.acceleration[1] for row in rows("/fleet/command", pb.FleetCommand, realtime)]
     acted = [row.acceleration[1] for row in rows("/fleet/truth", pb.FleetTruth, realtime)]
     expected = [0.3 * a + 0.7 * b for a, b in pairwise(decided)]
@@ -201,16 +201,16 @@ def test_a_late_command_takes_effect_when_it_comes(tmp_path: Path) -> None:
     assert max(map(abs, expected)) > 0.1
 
 
-def test_a_vehicle_that_falls_silent_keeps_its_acceleration_for_a_while(tmp_path: Path) -> None:
+def test_a_vehicle_without_commands_keeps_its_acceleration_for_a_while(tmp_path: Path) -> None:
     brake = "events: [{vehicle: 1, at_s: 0.5, duration_s: 1, deceleration_mps2: 3}]"
-    told = scenario(tmp_path, QUIET + brake)
+    settings = scenario(tmp_path, QUIET + brake)
 
     def mute(envelope: Envelope, now_ns: int) -> int | None:
         silent = 1000 * MS <= now_ns < 2500 * MS
         return None if silent and (envelope.topic, envelope.vehicle) == (COMMAND, 2) else 0
 
-    realtime = in_virtual_time(told, mute)
-    # The command of 0.9 s took effect at 1 s; beacons count for 1 s.
+    realtime = in_virtual_time(settings, mute)
+    # The command of 0.9 s took effect at 1 s. Beacons are valid for 1 s.
     assert [event for event in events(realtime) if event[0] > 10] == [
         (pb.EVENT_SILENT, 2, 2000 * MS),
         (pb.EVENT_SILENT_END, 2, 2520 * MS),
@@ -231,52 +231,52 @@ def test_a_vehicle_that_falls_silent_keeps_its_acceleration_for_a_while(tmp_path
 
 
 def test_a_vehicle_that_was_stopped_goes_on_with_the_newest_sense(tmp_path: Path) -> None:
-    told = scenario(tmp_path, QUIET.replace("BCM", "PBCM"))
+    settings = scenario(tmp_path, QUIET.replace("BCM", "PBCM"))
     back_ns = 2560 * MS
     inboxes: list[int] = []
 
     def stopped(envelope: Envelope, now_ns: int) -> int:
-        """What comes to vehicle 3 from 1 s on waits until it goes on, and comes one by one then."""
+        """Hold messages to vehicle 3 from 1 s until it goes on, then deliver them one by one."""
         to_it = envelope.topic.reader == "vehicle" and envelope.vehicle == 3
         if to_it and 1000 * MS <= now_ns < back_ns:
             inboxes.append(now_ns)
             return back_ns - now_ns + len(inboxes) * MS // 10
         return 0
 
-    realtime = in_virtual_time(told, stopped)
+    realtime = in_virtual_time(settings, stopped)
     assert len(inboxes) > 20
-    told_by = {sequence for source, _, sequence in fates(realtime) if source == 3}
-    assert told_by == {*range(10), *range(25, 40)}
+    sent = {sequence for source, _, sequence in fates(realtime) if source == 3}
+    assert sent == {*range(10), *range(25, 40)}
     commands = rows("/fleet/command", pb.FleetCommand, realtime)
     decided = [not np.isnan(row.acceleration[2]) for row in commands]
-    assert decided == [cycle in told_by for cycle in range(40)]
+    assert decided == [cycle in sent for cycle in range(40)]
     estimate = rows("/fleet/estimate", pb.FleetEstimate, realtime)[25]
     truth = rows("/fleet/truth", pb.FleetTruth, realtime)[25]
     assert estimate.speed[2] == pytest.approx(truth.speed[2], abs=3.0)
     assert estimate.mode[2] == pb.MODE_PBCM
 
 
-def test_cycles_keep_to_absolute_deadlines_and_overruns_are_counted(tmp_path: Path) -> None:
+def test_cycles_keep_absolute_deadlines_and_overruns_are_counted(tmp_path: Path) -> None:
     world = RealtimeWorld(scenario(tmp_path, QUIET))
-    told = []
+    logged = []
     for cycle, late_ns in enumerate((0, MS, 2 * MS, 350 * MS, 250 * MS, 150 * MS, 50 * MS, 0)):
-        if world.due_ns < cycle * 100 * MS:  # late in a cycle: one that is over is told of
+        if world.due_ns < cycle * 100 * MS:  # late in a cycle, a finished one is logged
             assert world.due_ns == (cycle - 1) * 100 * MS + 75 * MS
-            told += [envelope.topic.logged_as for envelope in world.act(world.due_ns)]
+            logged += [envelope.topic.logged_as for envelope in world.act(world.due_ns)]
         assert world.due_ns == cycle * 100 * MS
         world.act(world.due_ns + late_ns)
     assert world.overruns == 5
-    assert told[:4] == ["/v2v/frames", "/fleet/estimate", "/fleet/command", "/realtime"]
-    assert len(told) == 5 * 4  # cycles 0 to 4, each after its commands were to take effect
+    assert logged[:4] == ["/v2v/frames", "/fleet/estimate", "/fleet/command", "/realtime"]
+    assert len(logged) == 5 * 4  # cycles 0 to 4, each after the time of effect of its commands
 
 
-def test_beacons_that_never_come_hold_nobody_up_for_long(tmp_path: Path) -> None:
-    told = scenario(tmp_path, QUIET)
+def test_missing_beacons_delay_no_vehicle_for_long(tmp_path: Path) -> None:
+    settings = scenario(tmp_path, QUIET)
 
     def mute(envelope: Envelope, _: int) -> int | None:
         return None if (envelope.topic, envelope.vehicle) == (BEACON, 4) else 0
 
-    realtime = in_virtual_time(told, mute)
+    realtime = in_virtual_time(settings, mute)
     assert {source for source, *_ in fates(realtime)} == {1, 2, 3}
     late = [
         came - arrived
@@ -304,7 +304,7 @@ def receive(source: int, came_ns: int) -> Post:
 
 
 def due(agent: RealtimeAgent) -> int | None:
-    """When it acts next, asked anew each time."""
+    """Return when an agent acts next. A function keeps mypy from narrowing the attribute."""
     return agent.due_ns
 
 
@@ -312,7 +312,7 @@ def sources(command: Envelope) -> list[int]:
     return list(pb.Command.FromString(command.payload).timing.source)
 
 
-def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_path: Path) -> None:
+def test_a_message_after_the_decision_counts_in_the_next_one(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario(tmp_path, QUIET), 1)
     assert due(vehicle) is None
     for heard in (receive(2, 15 * MS), receive(3, 25 * MS), sense(0, 30 * MS), receive(4, 31 * MS)):
@@ -321,7 +321,7 @@ def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_pat
     assert due(vehicle) == 30 * MS
     (beacon,) = vehicle.act(33 * MS)
     assert beacon.topic is BEACON
-    assert due(vehicle) == 20 * MS  # past: the sense was late, and it decides at once
+    assert due(vehicle) == 20 * MS  # past: the sense was late, and the vehicle decides at once
     (command,) = vehicle.act(34 * MS)
     assert sources(command) == [2, 3]
     timing = pb.Command.FromString(command.payload).timing
@@ -334,7 +334,7 @@ def test_what_comes_after_the_instant_of_the_decision_counts_in_the_next(tmp_pat
     assert sources(command) == [4]
 
 
-def test_a_vehicle_that_is_kept_from_its_decision_for_a_cycle_leaves_it(tmp_path: Path) -> None:
+def test_a_vehicle_that_is_held_up_for_a_cycle_skips_its_decision(tmp_path: Path) -> None:
     vehicle = RealtimeVehicle(scenario(tmp_path, QUIET), 1)
     vehicle.take_in(sense(0, 0))
     vehicle.act(0)
@@ -347,32 +347,32 @@ def test_a_vehicle_that_is_kept_from_its_decision_for_a_cycle_leaves_it(tmp_path
 
 
 def beacons_to(channel: RealtimeChannel, size: int) -> Callable[..., None]:
-    """Lets it hear of positions, or of a cycle's beacons of some vehicles."""
+    """Return a function that gives the channel positions, or a cycle's beacons of vehicles."""
 
-    def hear(topic: Topic[Any], cycle: int, *vehicles: int, came_ns: int = 0) -> None:
+    def give(topic: Topic[Any], cycle: int, *vehicles: int, came_ns: int = 0) -> None:
         for vehicle in vehicles:
-            told: dict[str, Any] = {"cycle": cycle, "time_ns": cycle * 100 * MS}
-            message = pb.Beacon(**told, vehicle=vehicle, sequence=cycle)
+            stamp: dict[str, Any] = {"cycle": cycle, "time_ns": cycle * 100 * MS}
+            message = pb.Beacon(**stamp, vehicle=vehicle, sequence=cycle)
             if topic is POSITIONS:
-                places = pb.Positions(**told, position=range(20 * size, 0, -20))
+                places = pb.Positions(**stamp, position=range(20 * size, 0, -20))
                 assert channel.take_in(post(topic, 0, came_ns, places)) is None
             else:
                 assert channel.take_in(post(topic, vehicle, came_ns, message)) is None
 
-    return hear
+    return give
 
 
-def test_the_channel_waits_longer_where_so_many_are_missing_that_it_is_the_machine(
+def test_the_channel_waits_longer_if_many_beacons_are_missing(
     tmp_path: Path,
 ) -> None:
     channel = RealtimeChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
-    hear = beacons_to(channel, size=8)
-    hear(POSITIONS, 0, 0)
-    hear(BEACON, 0, 1, 2, 3, 4)
+    give = beacons_to(channel, size=8)
+    give(POSITIONS, 0, 0)
+    give(BEACON, 0, 1, 2, 3, 4)
     assert due(channel) == 19.4 * MS
-    hear(BEACON, 0, 5)
-    assert due(channel) == 7.4 * MS  # three may be slow by themselves
-    hear(BEACON, 0, 6, 7, 8)
+    give(BEACON, 0, 5)
+    assert due(channel) == 7.4 * MS  # three missing ones do not mean a slow machine
+    give(BEACON, 0, 6, 7, 8)
     assert due(channel) == 0
 
 
@@ -381,50 +381,50 @@ def test_late_beacons_wait_for_others_that_are_late(
     tmp_path: Path, in_time: int, airs_ms: int
 ) -> None:
     channel = RealtimeChannel(scenario(tmp_path, QUIET.replace("size: 4", "size: 8")))
-    hear = beacons_to(channel, size=8)
-    hear(POSITIONS, 0, 0)
-    hear(BEACON, 0, *range(1, in_time + 1))
+    give = beacons_to(channel, size=8)
+    give(POSITIONS, 0, 0)
+    give(BEACON, 0, *range(1, in_time + 1))
     (links,) = channel.act(8 * MS)
     assert links.topic is LINKS
     assert channel.act(8 * MS) == []  # it prepares what it delivers next
     assert len(channel.act(11 * MS)) == 8
     assert due(channel) is None
-    hear(BEACON, 0, 8, came_ns=12 * MS)
+    give(BEACON, 0, 8, came_ns=12 * MS)
     assert due(channel) == airs_ms * MS
 
 
-def test_the_channel_waits_to_the_guard_time_for_those_that_came_the_last_time(
+def test_the_channel_waits_until_the_guard_time_for_vehicles_that_sent_last_time(
     tmp_path: Path,
 ) -> None:
     channel = RealtimeChannel(scenario(tmp_path, QUIET))
-    hear = beacons_to(channel, size=4)
+    give = beacons_to(channel, size=4)
 
     def frames() -> set[int]:
-        """Sources of the frames that go on the air now."""
+        """Return the sources of the frames that the channel sends now."""
         (links,) = channel.act(channel.due_ns or 0)
         return set(pb.Frames.FromString(pb.Links.FromString(links.payload).frames).source)
 
-    hear(BEACON, 0, 1, 2)
-    assert due(channel) is None  # without positions nobody knows who is in range
-    hear(POSITIONS, 0, 0)
+    give(BEACON, 0, 1, 2)
+    assert due(channel) is None  # the range is unknown without positions
+    give(POSITIONS, 0, 0)
     assert due(channel) == 7.4 * MS  # 3 ms before the first frame arrives
-    hear(BEACON, 0, 3)
+    give(BEACON, 0, 3)
     assert frames() == {1, 2, 3}
     assert channel.act(8 * MS) == []  # it prepares what it delivers next
     assert due(channel) == 10.4 * MS
-    hear(BEACON, 0, 4, came_ns=7 * MS)  # later than the others
-    assert frames() == {4}  # at once, as there are no others that are late
+    give(BEACON, 0, 4, came_ns=7 * MS)  # later than the others
+    assert frames() == {4}  # at once, since no others are late
     assert channel.act(9 * MS) == []
     receives = channel.act(10 * MS + 400_000)
     assert [envelope.vehicle for envelope in receives] == [1, 2, 3, 4]
     assert [len(pb.Receive.FromString(r.payload).source) for r in receives] == [3, 3, 3, 3]
-    hear(POSITIONS, 1, 0)
-    hear(BEACON, 1, 1, 2, 3)
+    give(POSITIONS, 1, 0)
+    give(BEACON, 1, 1, 2, 3)
     assert due(channel) == 107.4 * MS
     assert frames() == {1, 2, 3}
     while channel.due_ns is not None:
         channel.act(channel.due_ns)
-    hear(POSITIONS, 2, 0)
-    hear(BEACON, 2, 1, 2, 3)
-    assert due(channel) == 200 * MS  # 4 was not there the last time
+    give(POSITIONS, 2, 0)
+    give(BEACON, 2, 1, 2, 3)
+    assert due(channel) == 200 * MS  # 4 did not send last time
     assert channel.take_in(post(BEACON, 2, 0, pb.Beacon(cycle=2, vehicle=2))) == "stale"

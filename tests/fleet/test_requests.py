@@ -1,4 +1,4 @@
-"""Requests to end are kept while a process is forked, whichever thread takes the signal."""
+"""Requests to end are held during a fork, whichever thread takes the signal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.fleet.requests import REQUESTS_TO_END, interruptible, requests_held
 
 
 def _forked() -> int:
-    """The exit status of a child that is forked while requests are held."""
+    """Return the exit status of a child that is forked while requests are held."""
     with requests_held():
         child = os.fork()
         if child == 0:
@@ -24,7 +24,7 @@ def _forked() -> int:
 
 @pytest.mark.parametrize("number", REQUESTS_TO_END)
 def test_a_request_in_a_fork_is_not_lost(number: signal.Signals) -> None:
-    """A thread of a library blocks no signals: here one that waits."""
+    """A thread of a library blocks no signals. Here, one waits."""
     over = threading.Event()
     other = threading.Thread(target=over.wait)
     other.start()

@@ -1,7 +1,7 @@
-"""The same run has the same bits on other kinds of processor.
+"""A run has the same bits on other kinds of processor.
 
-Libraries choose their code by what the processor can do. Here they are told that it can do less:
-OpenBLAS by the name of its kernels, numpy by a list of features, the C library by a tunable.
+Libraries choose their code by the features of the processor. These tests hide some of them: from
+OpenBLAS by the name of its kernels, from numpy by a list, and from the C library by a tunable.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SETTINGS: Final = {
 
 
 def fingerprint(folder: Path, processor: dict[str, str], settings: list[str]) -> str:
-    """Of 15 s of case 15 that switches at 1 s and brakes at 3 s, with settings."""
+    """Return the fingerprint of 15 s of case 15, which switches at 1 s and brakes at 3 s."""
     command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15"]
     command += ["--bus", "in-process", "--out", str(folder), "--duration-s", "15"]
     for setting in ("control.schedule.0.at_s=1", "events.0.at_s=3", *settings):

@@ -1,4 +1,4 @@
-"""However a process ends, its supervisor says which one it was and what became of it."""
+"""The supervisor names every process that ends, and how it ended."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from zenvoy.fleet.spawn import Program
 from zenvoy.fleet.supervisor import Supervisor
 
 
-def wait_for_ever() -> None:
+def wait_forever() -> None:
     """Do nothing until a signal ends it."""
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
     while True:
@@ -30,8 +30,8 @@ def fail_with(error: BaseException) -> None:
 
 
 def watched(folder: Path, *mains: Callable[[], None], essential: bool = True) -> Death | None:
-    """The death that ends a run of a leader that waits for ever, and of others."""
-    programs = [Program(name="world", run="r", main=wait_for_ever)]
+    """Return the death that ends a run of a leader that waits forever, and of others."""
+    programs = [Program(name="world", run="r", main=wait_forever)]
     for number, main in enumerate(mains, start=1):
         programs.append(
             Program(name=f"vehicle-{number:02d}", run="r", main=main, essential=essential)
@@ -40,7 +40,7 @@ def watched(folder: Path, *mains: Callable[[], None], essential: bool = True) ->
 
 
 def death_of(folder: Path, programs: list[Program]) -> tuple[Death | None, list[Death], bool]:
-    """The death that ends a run, those that did not, and whether the leader was done."""
+    """Return the death that ends a run, the other deaths, and whether the leader was done."""
     read_fd, write_fd = os.pipe()
     losses: list[Death] = []
     supervisor = Supervisor(programs, folder, stall_limit_s=60.0)
@@ -59,14 +59,14 @@ def test_a_process_that_exits_with_0_before_its_work_is_done_has_died(tmp_path: 
     assert (str(death), death.refused) == ("vehicle-01 died: exit status 0", False)
 
 
-def test_an_error_of_its_own_is_shown_with_the_tail_of_its_log(tmp_path: Path) -> None:
+def test_an_error_of_a_process_is_shown_with_the_tail_of_its_log(tmp_path: Path) -> None:
     death = watched(tmp_path, partial(fail_with, ValueError("a mistake")))
     assert death is not None
     assert (str(death), death.refused) == ("vehicle-01 died: exit status 1", False)
     assert death.tail[-1] == "ValueError: a mistake"
 
 
-def test_what_the_system_refuses_is_told_in_a_line(tmp_path: Path) -> None:
+def test_a_shortage_is_reported_in_one_line(tmp_path: Path) -> None:
     error = OSError(28, "No space left on device", "/disk/run.mcap")
     death = watched(tmp_path, partial(fail_with, error))
     expected = "vehicle-01 cannot go on: No space left on device: /disk/run.mcap"
@@ -78,20 +78,20 @@ def test_a_process_that_is_asked_to_end_by_somebody_else_has_died(tmp_path: Path
     assert str(death) == "vehicle-01 died: ended by SIGTERM"
 
 
-def test_whoever_is_waited_for_is_blamed(tmp_path: Path) -> None:
+def test_the_process_that_others_wait_for_is_blamed(tmp_path: Path) -> None:
     error = StalledError("no progress for 5 s, waiting for beacon of vehicle 2", ("vehicle-02",))
-    death = watched(tmp_path, partial(fail_with, error), wait_for_ever)
+    death = watched(tmp_path, partial(fail_with, error), wait_forever)
     assert str(death) == (
         "vehicle-02 stalled: vehicle-01 has made no progress for 5 s, "
         "waiting for beacon of vehicle 2"
     )
 
 
-def test_whoever_died_is_blamed_before_those_who_wait(tmp_path: Path) -> None:
-    """Both are there to be seen at once: the supervisor looks when both have ended."""
+def test_a_process_that_died_is_blamed_before_those_that_wait(tmp_path: Path) -> None:
+    """The supervisor sees both at once, since it looks after both have ended."""
     waits = partial(fail_with, StalledError("no progress", ("vehicle-03",)))
     programs = [
-        Program(name="world", run="r", main=wait_for_ever),
+        Program(name="world", run="r", main=wait_forever),
         Program(name="vehicle-01", run="r", main=waits),
         Program(name="vehicle-02", run="r", main=partial(os._exit, 7)),
     ]
@@ -105,16 +105,16 @@ def test_whoever_died_is_blamed_before_those_who_wait(tmp_path: Path) -> None:
     assert str(death) == "vehicle-02 died: exit status 7"
 
 
-def test_when_the_leader_is_done_nobody_has_died(tmp_path: Path) -> None:
+def test_no_process_has_died_once_the_leader_is_done(tmp_path: Path) -> None:
     programs = [
         Program(name="world", run="r", main=lambda: None),
-        Program(name="vehicle-01", run="r", main=wait_for_ever),
+        Program(name="vehicle-01", run="r", main=wait_forever),
     ]
     assert death_of(tmp_path, programs) == (None, [], True)
 
 
-def test_an_interrupted_run_knows_whether_its_leader_finished_all_the_same(tmp_path: Path) -> None:
-    """The world may be about to end the log when the request to end comes."""
+def test_an_interrupted_run_knows_whether_its_leader_still_finished(tmp_path: Path) -> None:
+    """The world may be about to finish the log when the request to end comes."""
 
     def finish_when_asked() -> None:
         signal.sigwait({signal.SIGTERM})
@@ -131,13 +131,13 @@ def test_an_interrupted_run_knows_whether_its_leader_finished_all_the_same(tmp_p
     ]
 
 
-def test_a_run_that_has_not_begun_needs_everybody(tmp_path: Path) -> None:
-    """In real time a fleet goes on without a vehicle, but it does not begin without one."""
+def test_a_run_that_has_not_begun_needs_every_process(tmp_path: Path) -> None:
+    """In real time a fleet goes on without a vehicle, but does not start without one."""
     death = watched(tmp_path, partial(os._exit, 7), essential=False)
     assert str(death) == "vehicle-01 died: exit status 7"
 
 
-def test_a_parent_that_ignores_the_end_of_children_changes_nothing(tmp_path: Path) -> None:
+def test_a_parent_that_ignores_sigchld_changes_nothing(tmp_path: Path) -> None:
     before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     try:
         death = watched(tmp_path, partial(os._exit, 7))
