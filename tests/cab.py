@@ -1,4 +1,4 @@
-"""Drives the agent of one vehicle, cycle by cycle, with messages made by hand."""
+"""A cab drives the agent of one vehicle, cycle by cycle, with hand-made messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zenvoy.vehicles.lock_step import LockStepVehicle
 
 T_NS = 100_000_000
 T_S = 0.1
-AHEAD, HOST, BEHIND = 2, 3, 4
+AHEAD, EGO, BEHIND = 2, 3, 4
 USUAL = Gains()
 STILL = Gains(k_d=0.0, k_v=0.0, k_c=0.0)  # commands nothing whatever it knows
 
@@ -47,7 +47,7 @@ def scenario(
 class Cab:
     """Drives one agent by hand-made messages, cycle by cycle."""
 
-    def __init__(self, settings: Scenario, vehicle: int = HOST) -> None:
+    def __init__(self, settings: Scenario, vehicle: int = EGO) -> None:
         self.agent = LockStepVehicle(settings, vehicle)
         self.vehicle = vehicle
         self.cycle = -1
@@ -61,7 +61,7 @@ class Cab:
         speed: float = 30.0,
         acceleration: float = 0.0,
     ) -> pb.Beacon:
-        """Begin a cycle; returns what the vehicle puts on the air."""
+        """Begin a cycle, and return the beacon that the vehicle sends."""
         self.cycle += 1
         message = pb.Sense(
             cycle=self.cycle,
@@ -75,7 +75,7 @@ class Cab:
         return BEACON.decode(self._step(SENSE, message.SerializeToString(), BEACON))
 
     def receive(self, beacons: Sequence[pb.Beacon] = ()) -> pb.Command:
-        """End the cycle; returns what the vehicle decides."""
+        """End the cycle, and return the command that the vehicle decides."""
         barrier = self.agent.barrier
         assert barrier is not None
         message = pb.Receive(
@@ -91,7 +91,7 @@ class Cab:
         return command
 
     def _step(self, topic: Topic[Any], payload: bytes, answers: Topic[Any]) -> bytes:
-        """Hand in the one message that the agent waits for; returns the one that it answers."""
+        """Hand in the one message that the agent waits for, and return its answer."""
         barrier, mailbox = self.agent.barrier, self._mailbox
         assert barrier is not None
         mailbox.put(topic, self.vehicle, payload)
@@ -110,7 +110,7 @@ def beacon(
     speed: float = 30.0,
     acceleration: float = 0.0,
 ) -> pb.Beacon:
-    """Of a vehicle that expects to go on as it does."""
+    """Return a beacon of a vehicle that plans to keep its acceleration."""
     return pb.Beacon(
         cycle=cycle,
         time_ns=cycle * T_NS,
@@ -124,7 +124,7 @@ def beacon(
     )
 
 
-def assert_plans(told: pb.Beacon, *plan: tuple[int, float]) -> None:
-    """What a beacon says will be: from when (ms) and how much (m/s²)."""
-    assert [t / 1e6 for t in told.planned_from_ns] == [t for t, _ in plan]
-    assert list(told.planned_acceleration) == pytest.approx([a for _, a in plan], abs=1e-12)
+def assert_plans(sent: pb.Beacon, *plan: tuple[int, float]) -> None:
+    """Check the plan of a beacon: accelerations, m/s², and their starts, ms."""
+    assert [t / 1e6 for t in sent.planned_from_ns] == [t for t, _ in plan]
+    assert list(sent.planned_acceleration) == pytest.approx([a for _, a in plan], abs=1e-12)

@@ -1,4 +1,4 @@
-"""Many vehicles at once against one at a time: covariances, errors of readings, and laws."""
+"""Arrays of vehicles have the covariances, errors and laws of single vehicles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SIGMA: Final = 0.5
 FILTERS: Final = 4
 
 VARIANCES: Final = st.sampled_from([0.25, 1.0, 1.5625, 9.0])
-# For each filter: how many periods have passed, and the variances of what is read.
+# For each filter: how many periods have passed, and the variances of its readings.
 STEP: Final = st.lists(
     st.tuples(st.integers(1, 6), VARIANCES, VARIANCES), min_size=FILTERS, max_size=FILTERS
 )
@@ -38,7 +38,7 @@ STEP: Final = st.lists(
 def test_covariances_are_those_of_single_filters(
     steps: list[list[tuple[int, float, float]]], steady: int
 ) -> None:
-    """Whatever is missed, and whenever readings change in size: the same bits as one by one."""
+    """The bits are equal whatever readings are missed, and however they change in size."""
     steps = steps + [[(1, b, c) for _, b, c in steps[-1]]] * steady
     together = Covariances(PERIOD_S, SIGMA, 2, FILTERS)
     alone = [Filter(PERIOD_S, SIGMA) for _ in range(FILTERS)]
@@ -64,7 +64,7 @@ def test_variances_are_those_of_single_readings(values: list[list[float]]) -> No
 
 
 @pytest.mark.parametrize("name", builtin())
-def test_every_law_of_the_library_serves_arrays(name: str) -> None:
+def test_every_law_of_the_library_takes_arrays(name: str) -> None:
     law = builtin()[name]
     assert fault_on_arrays(law, law.parameters(), 10.0) is None
 
@@ -89,7 +89,9 @@ def one_too_many(seen: Observation, _: Any) -> Any:
         (one_too_many, "it raises ZeroDivisionError"),
     ],
 )
-def test_a_law_that_does_not_serve_arrays_is_told_why(function: Any, expected: str) -> None:
+def test_a_law_that_does_not_take_arrays_is_refused_with_the_reason(
+    function: Any, expected: str
+) -> None:
     fault = fault_on_arrays(Law(name="mine", acceleration=function), None, 10.0)
     assert fault is not None
     assert fault.startswith(expected)
@@ -106,7 +108,7 @@ def fails_when_fast(seen: Observation, own: Limit) -> Any:
     return where(seen.speed > own.mps, float("nan"), 0.0)
 
 
-def test_a_law_that_fails_on_one_of_many_is_blamed_on_that_vehicle() -> None:
+def test_a_law_that_fails_for_one_vehicle_names_that_vehicle() -> None:
     scenario = Scenario()
     count, size = 80, 40
     state = Relative(np.full(count, 37.5), np.zeros(count))
@@ -129,8 +131,8 @@ def test_a_law_that_fails_on_one_of_many_is_blamed_on_that_vehicle() -> None:
     assert caught.value.process == "vehicle-07"
 
 
-def test_a_filter_that_begins_late_finds_the_others_as_they_are() -> None:
-    """One has missed a measurement by then, and goes on by itself."""
+def test_a_filter_that_starts_late_does_not_disturb_the_others() -> None:
+    """One of them has missed a measurement by then, and goes on by itself."""
     r = np.ones((2, 1))
     together = Covariances(PERIOD_S, SIGMA, 2, 2)
     alone = [Filter(PERIOD_S, SIGMA) for _ in range(2)]

@@ -1,4 +1,4 @@
-"""When vehicles beacon: every cycle, every n-th, or by the triggers of ETSI's CAMs."""
+"""Vehicles send beacons every cycle, every n-th cycle, or by the triggers of ETSI's CAMs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MS_NS = 1_000_000
 
 
 def cams(motion: Sequence[tuple[float, float]], period_ms: int = 100) -> list[int]:
-    """Cycles with a CAM, of a vehicle whose position and speed are these, read without error."""
+    """Return the cycles with a CAM of a vehicle with this motion, read without error."""
     own, period_ns = Motion(10 * 1_000 * MS_NS), period_ms * MS_NS
     speed = SpeedState(period_ns, Estimator(), ReadingError(1e-6, 30.0, 1e-6), own)
     rule, before = EtsiCam(speed, own, period_ns), motion[0][1]
@@ -46,7 +46,7 @@ def cams(motion: Sequence[tuple[float, float]], period_ms: int = 100) -> list[in
     return sent
 
 
-def test_who_takes_over_goes_on_counting_beyond_what_the_other_can_have_sent() -> None:
+def test_a_vehicle_that_takes_over_numbers_beacons_beyond_those_of_the_other() -> None:
     rule = beaconing(Scenario(beacons=Beacons(rule="etsi-cam")), 5)
     senses = [pb.Sense(cycle=k, time_ns=k * 100 * MS_NS, position=9.0 * k) for k in (70, 71, 72)]
     assert [rule.next(sense) for sense in senses] == [70, 71, 72]
@@ -60,23 +60,23 @@ def steady(speed: float, cycles: int, period_ms: int = 100) -> list[tuple[float,
     ("speed", "every"),
     [(0.0, 10), (3.0, 10), (4.1, 10), (10.0, 5), (14.0, 3), (30.0, 2), (39.0, 2), (41.0, 1)],
 )
-def test_after_four_metres_or_a_second(speed: float, every: int) -> None:
+def test_a_cam_is_sent_after_four_metres_or_a_second(speed: float, every: int) -> None:
     assert cams(steady(speed, 60)) == list(range(0, 60, every))
 
 
-def test_never_less_than_100_ms_apart() -> None:
+def test_cams_are_at_least_100_ms_apart() -> None:
     sent = cams(steady(200.0, 100, period_ms=20), period_ms=20)
     assert set(np.diff(sent)) == {5}
 
 
-def test_by_speed() -> None:
-    """From standstill 0.4 m/s more a cycle: past 0.5 m/s every second cycle."""
+def test_a_change_of_speed_triggers_a_cam() -> None:
+    """The speed rises by 0.4 m/s per cycle, so it passes 0.5 m/s every second cycle."""
     motion = [(0.0, 0.0)] * 5 + [(0.0, 0.4 * k) for k in range(1, 9)]
     assert cams(motion) == [0, 6, 8, 10, 12]
 
 
 def test_the_interval_of_a_trigger_holds_for_three_more() -> None:
-    """A jump of 5 m after 300 ms, then it stands: every 300 ms for three times, then 1 s."""
+    """After a jump of 5 m at 300 ms the vehicle stands: three intervals of 300 ms, then 1 s."""
     places = [0.0] * 3 + [5.0] * 40
     sent = cams([(place, 0.0) for place in places])
     assert sent == [0, 3, 6, 9, 12, 22, 32, 42]
@@ -86,7 +86,9 @@ def test_the_interval_of_a_trigger_holds_for_three_more() -> None:
     st.lists(st.tuples(st.floats(-8.0, 8.0), st.floats(0.0, 50.0)), min_size=2, max_size=60),
     st.sampled_from([50, 100, 300]),
 )
-def test_bounds_and_thresholds(steps: list[tuple[float, float]], period_ms: int) -> None:
+def test_cams_keep_their_bounds_and_thresholds(
+    steps: list[tuple[float, float]], period_ms: int
+) -> None:
     position, motion = 0.0, []
     for step, speed in steps:
         position += step
@@ -105,18 +107,18 @@ def test_bounds_and_thresholds(steps: list[tuple[float, float]], period_ms: int)
             last = cycle
 
 
-def test_every_nth_goes_round() -> None:
+def test_every_nth_cycle_is_staggered_over_vehicles() -> None:
     for n in (1, 3, 7):
         rules = [EveryNth(vehicle, n) for vehicle in range(1, 8)]
         for cycle in range(30):
             numbers = [rule.next(pb.Sense(cycle=cycle)) for rule in rules]
-            told = [vehicle for vehicle, number in enumerate(numbers) if number is not None]
-            assert told == [vehicle for vehicle in range(7) if cycle >= vehicle % n
+            senders = [vehicle for vehicle, number in enumerate(numbers) if number is not None]
+            assert senders == [vehicle for vehicle in range(7) if cycle >= vehicle % n
                             and (cycle - vehicle % n) % n == 0]  # fmt: skip
-            assert all(numbers[vehicle] == (cycle - vehicle % n) // n for vehicle in told)
+            assert all(numbers[vehicle] == (cycle - vehicle % n) // n for vehicle in senders)
 
 
-def test_by_default_in_every_cycle() -> None:
+def test_by_default_a_vehicle_sends_in_every_cycle() -> None:
     rule = beaconing(Scenario(), 5)
     assert [rule.next(pb.Sense(cycle=cycle)) for cycle in range(5)] == list(range(5))
     assert Scenario().beacons == Beacons(rule="every-cycle", every=1)
@@ -140,7 +142,9 @@ beacons: {{rule: {rule}}}
         ("etsi-cam", 0, 12, 12),
     ],
 )
-def test_frames_of_a_run(tmp_path: Path, rule: str, speed: int, least: int, most: int) -> None:
+def test_a_run_has_the_frames_of_its_rule(
+    tmp_path: Path, rule: str, speed: int, least: int, most: int
+) -> None:
     run = load_log(write_log(tmp_path / "run.mcap", RUN.format(rule=rule, speed=speed)))
     frames = run.frames
     for vehicle in range(1, 6):
@@ -152,7 +156,7 @@ def test_frames_of_a_run(tmp_path: Path, rule: str, speed: int, least: int, most
 
 
 def test_errors_of_readings_trigger_nothing() -> None:
-    """Speed readings are wrong by up to 10 %, 3 m/s; the filter knows better."""
+    """Readings of speed have errors up to 10 %, 3 m/s, but CAMs use the filtered speed."""
     scenario = Scenario(beacons=Beacons(rule="etsi-cam"), sensors=Sensors(error=0.1))
     rule, random = beaconing(scenario, 1), np.random.default_rng(1)
     sent = 0

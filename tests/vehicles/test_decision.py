@@ -1,4 +1,4 @@
-"""Which law is applied to what, in which mode."""
+"""A decision applies the law of its mode to readings or predictions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ BCM_PREDICTED = 0.9  # 0.1 · 3 + 0.5 · 1 + 0.05 · 2
         ("FM", Position.LAST, DEAF, None, FM_READ, pb.MODE_FM),
         ("BCM", Position.MIDDLE, READ, None, BCM_READ, pb.MODE_BCM),
         ("PBCM", Position.MIDDLE, READ, PREDICTED, BCM_PREDICTED, pb.MODE_PBCM),
-        # Nothing of the vehicle behind, or too old: the own radar, as it is.
+        # Data on the vehicle behind are missing or too old: the own radar serves, unfiltered.
         ("BCM", Position.MIDDLE, DEAF, None, FM_READ, pb.MODE_FALLBACK_FM),
         ("PBCM", Position.MIDDLE, DEAF, PREDICTED, FM_READ, pb.MODE_FALLBACK_FM),
         (
@@ -54,7 +54,7 @@ BCM_PREDICTED = 0.9  # 0.1 · 3 + 0.5 · 1 + 0.05 · 2
             FM_READ,
             pb.MODE_FALLBACK_FM,
         ),
-        # The ends of the open road, paper Eq. 5: nobody is missed there.
+        # The ends of the open road, paper Eq. 5: no data are missing there.
         ("BCM", Position.LAST, DEAF, None, FM_READ, pb.MODE_BCM),
         ("PBCM", Position.LAST, DEAF, PREDICTED._replace(behind=None), FM_PREDICTED, pb.MODE_PBCM),
     ],
@@ -73,7 +73,7 @@ def test_decisions(
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_the_first_of_the_open_road_keeps_its_speed(model: str) -> None:
+def test_the_first_vehicle_of_the_open_road_keeps_its_speed(model: str) -> None:
     for view in (READ, View(radar=None, ahead=None, behind=READ.behind, speed=20.0)):
         decision = decide(model, Position.FIRST, view, PREDICTED)
         assert decision[:3] == (0.0, pb.MODE_CONSTANT_SPEED, 0)
@@ -82,7 +82,7 @@ def test_the_first_of_the_open_road_keeps_its_speed(model: str) -> None:
 @pytest.mark.parametrize("place", [Position.MIDDLE, Position.LAST])
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("behind", [None, Relative(37.5, 0.0)])
-def test_no_decision_is_beyond_the_limit(
+def test_no_decision_exceeds_the_limit(
     model: str, place: Position, behind: Relative | None
 ) -> None:
     for gap, limit in ((5.0, -3.0), (1_000.0, 3.0)):
@@ -116,7 +116,7 @@ def assert_decides(
     assert (decision.mode, decision.neighbours) == (mode, m)
 
 
-def test_mbcm_counts_those_it_knows_of_on_both_sides() -> None:
+def test_mbcm_uses_neighbours_with_data_on_both_sides() -> None:
     # weights 1/5 and 4/5 of 0.1 · 5 and 0.1 · 10
     assert_decides("MBCM", READ._replace(sides=SIDES), 0.9, pb.MODE_MBCM, 2)
     assert_decides("MBCM", READ._replace(sides=SIDES[:1]), BCM_READ, pb.MODE_MBCM, 1)
@@ -124,7 +124,7 @@ def test_mbcm_counts_those_it_knows_of_on_both_sides() -> None:
     assert_decides("MBCM", READ, FM_READ, pb.MODE_MBCM, at=Position.LAST)
 
 
-def test_cacc_needs_the_one_ahead_and_the_leader() -> None:
+def test_cacc_needs_the_predecessor_and_the_leader() -> None:
     view = READ._replace(predecessor=Motion(30.0, 0.4), leader=Motion(29.0, 0.2))
     # 0.5 · 0.4 + 0.5 · 0.2 - 0.1 · 1 + 0.04 · 3
     assert_decides("CACC", view, 0.32, pb.MODE_CACC)
@@ -133,7 +133,7 @@ def test_cacc_needs_the_one_ahead_and_the_leader() -> None:
     assert_decides("CACC", view._replace(leader=None), FM_READ, pb.MODE_FALLBACK_FM)
 
 
-def test_without_reported_positions_the_own_radar_serves() -> None:
-    """With neighbour_state position the link ahead comes from a beacon, too."""
+def test_without_reported_positions_the_own_radar_is_used() -> None:
+    """With neighbour_state position the link ahead also comes from a beacon."""
     for model in ("FM", "BCM", "CACC"):
         assert_decides(model, READ._replace(ahead=None), FM_READ, pb.MODE_FALLBACK_FM)

@@ -1,4 +1,4 @@
-"""The filter agrees with filterpy's own KalmanFilter, and is as good as it says it is."""
+"""The filter agrees with filterpy's KalmanFilter, and is consistent with its covariance."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Variances = tuple[float, ...]
 
 
 def gap_error() -> ReadingError:
-    """±10 %, uniform; a new one each time, for it remembers the size of what it has read."""
+    """Return a new uniform error of ±10 %. An error remembers the size of its readings."""
     return ReadingError(0.1 / math.sqrt(3), 37.5)
 
 
@@ -32,7 +32,7 @@ def speed_error() -> ReadingError:
 
 
 class Plain:
-    """filterpy's predict and update, called once per input and once per measurement."""
+    """filterpy's filter: predict once per input, and update once per measurement."""
 
     def __init__(self, period_s: float, acceleration_std: float, size: int) -> None:
         kalman = KalmanFilter(dim_x=size, dim_z=size, dim_u=1)
@@ -56,7 +56,7 @@ class Plain:
 def assert_agree(ours: Filter, plain: Plain, step: int) -> None:
     state, covariance = plain.kalman.x.ravel(), plain.kalman.P
     np.testing.assert_allclose(ours.x, state, rtol=1e-9, atol=1e-9, err_msg=f"x, step {step}")
-    # Each entry against the standard deviations it belongs to: they may differ by thousands.
+    # Each entry is scaled by its standard deviations, which may differ by factors of thousands.
     std = np.sqrt(np.diag(covariance))
     wrong = np.abs(ours.P - covariance) / np.outer(std, std)
     assert wrong.max() < 1e-9, f"P, step {step}"
@@ -72,14 +72,14 @@ def compare(
     phases: Sequence[Variances],
     seed: int,
 ) -> None:
-    """Run both over random readings; R goes through `phases`, each for an equal part of them."""
+    """Run both over random readings. R goes through `phases`, each for an equal part of them."""
     size = len(phases[0])
     ours = Filter(period_s, acceleration_std)
     plain = Plain(period_s, acceleration_std, size)
     random = np.random.default_rng(seed)
     for step in range(steps):
         variances = phases[step * len(phases) // steps]
-        # A measurement after each period that was not lost; the others leave only their input.
+        # Each period without loss has a measurement. The others have only their input.
         inputs = random.uniform(-3.0, 3.0, size=min(int(random.geometric(1.0 - loss)), 20))
         z = tuple(random.uniform(-40.0, 40.0, size=size).tolist())
         ours.step(inputs.tolist(), z, variances)
@@ -140,7 +140,7 @@ def test_a_speed_agrees_with_filterpy(
 
 LONG: list[list[Variances]] = [
     [(4.6875, 3.0)],
-    [(4.6875, 3.0), (0.3, 3.3e-5), (4.6875, 3.0)],  # a queue that stands, and moves on
+    [(4.6875, 3.0), (0.3, 3.3e-5), (4.6875, 3.0)],  # a queue that stops and moves on
     [(3.0,)],
     [(3.0,), (3.3e-5,)],
 ]
@@ -148,7 +148,9 @@ LONG: list[list[Variances]] = [
 
 @pytest.mark.parametrize("phases", LONG)
 @pytest.mark.parametrize("loss", [0.0, 0.02])
-def test_agrees_long_after_the_gain_has_settled(phases: list[Variances], loss: float) -> None:
+def test_the_filter_agrees_long_after_the_gain_has_settled(
+    phases: list[Variances], loss: float
+) -> None:
     compare(period_s=0.1, acceleration_std=0.5, steps=1_500, loss=loss, phases=phases, seed=7)
 
 
@@ -170,7 +172,7 @@ def test_without_measurement_error_the_estimate_is_the_reading(size: int) -> Non
     assert one.x[0] == pytest.approx(30.099, abs=1e-4)
 
 
-def test_starts_from_the_first_measurement_and_anew_after_a_reset() -> None:
+def test_the_filter_starts_from_the_first_measurement_and_again_after_a_reset() -> None:
     link = Filter(0.1, 0.5)
     assert [*link.x, *link.std] == []
     with pytest.raises(ValueError, match="no measurement"):
@@ -201,20 +203,20 @@ RUNS = 1_000
 
 
 def chi_square(share: float, degrees: int) -> float:
-    """Quantile, good to 1e-5 of itself at so many degrees (Wilson and Hilferty 1931)."""
+    """Return the quantile, to a relative 1e-5 at so many degrees (Wilson and Hilferty 1931)."""
     z, spread = NormalDist().inv_cdf(share), 2.0 / (9.0 * degrees)
     return float(degrees * (1.0 - spread + z * math.sqrt(spread)) ** 3)
 
 
 def assert_consistent(nees: Floats, size: int) -> None:
-    """One value of NEES per run, so that they are independent and their sum is chi-square."""
+    """Check NEES, one value per independent run, against the chi-square law of their sum."""
     degrees = size * len(nees)
     low, high = chi_square(0.025, degrees), chi_square(0.975, degrees)
     assert low / len(nees) < nees.mean() < high / len(nees)
 
 
 def nees(*, steps: int, size: int, seed: int, loss: float = 0.0, share: float = 0.1) -> Floats:
-    """Of RUNS independent runs, each after `steps` periods: (x - x̂)ᵀ P⁻¹ (x - x̂)."""
+    """Return (x - x̂)ᵀ P⁻¹ (x - x̂) of RUNS independent runs, each after `steps` periods."""
     random = np.random.default_rng(seed)
     period_s, acceleration_std = 0.1, 0.5
     variances = (gap_error().variance(37.5), speed_error().variance(30.0))[-size:]
@@ -223,18 +225,18 @@ def nees(*, steps: int, size: int, seed: int, loss: float = 0.0, share: float = 
     for run in range(RUNS):
         link = Filter(period_s, acceleration_std)
         p, v = 37.5, 0.0
-        told = random.uniform(-1.0, 1.0, steps)
-        acts = told + random.normal(0.0, acceleration_std, steps)
+        commanded = random.uniform(-1.0, 1.0, steps)
+        acts = commanded + random.normal(0.0, acceleration_std, steps)
         errors = random.uniform(-1.0, 1.0, (steps + 1, size)) * bounds
-        hears = random.random(steps) >= loss
-        hears[-1] = True
+        received = random.random(steps) >= loss
+        received[-1] = True
         inputs: list[float] = []
         link.step((), tuple((np.array([p, v])[-size:] + errors[0]).tolist()), variances)
         for k in range(steps):
             p += period_s * v + period_s**2 / 2 * acts[k]
             v += period_s * acts[k]
-            inputs.append(float(told[k]))
-            if hears[k]:
+            inputs.append(float(commanded[k]))
+            if received[k]:
                 z = np.array([p, v])[-size:] + errors[k + 1]
                 link.step(inputs, tuple(z.tolist()), variances)
                 inputs = []
@@ -245,17 +247,17 @@ def nees(*, steps: int, size: int, seed: int, loss: float = 0.0, share: float = 
 
 @pytest.mark.parametrize("size", [1, 2])
 @pytest.mark.parametrize(("steps", "loss"), [(1, 0.0), (10, 0.0), (150, 0.0), (60, 0.3)])
-def test_is_as_uncertain_as_it_says(size: int, steps: int, loss: float) -> None:
+def test_the_error_agrees_with_the_covariance(size: int, steps: int, loss: float) -> None:
     assert_consistent(nees(steps=steps, size=size, seed=11 + steps, loss=loss), size)
 
 
-def test_consistency_is_noticed_to_be_missing() -> None:
+def test_inconsistency_is_noticed() -> None:
     with pytest.raises(AssertionError):
         assert_consistent(nees(steps=10, size=2, seed=21, share=0.11), 2)
 
 
-def test_the_own_speed_is_predicted_through_readings_that_were_missed() -> None:
-    """Readings without error of a motion that is known: what is predicted is what is read."""
+def test_the_own_speed_is_predicted_over_missed_readings() -> None:
+    """If readings have no error and the motion is known, predictions equal readings."""
     period_ns = 100_000_000
     own = Motion(keep_ns=10**12)
     state = SpeedState(period_ns, Estimator(), speed_error(), own)
@@ -267,5 +269,5 @@ def test_the_own_speed_is_predicted_through_readings_that_were_missed() -> None:
         if cycle not in {2, 3, 4, 6}:
             state.measure(time_ns, speed)
             assert state.estimate == pytest.approx(speed, abs=1e-9)
-    state.measure(time_ns + 200 * period_ns, 12.0)  # too long: it starts anew
+    state.measure(time_ns + 200 * period_ns, 12.0)  # too long: the filter starts again
     assert state.estimate == 12.0

@@ -1,4 +1,4 @@
-"""The graph of covariances: shared, settled, and right when it is not kept any more."""
+"""The graph of covariances is shared, settles, and stays right once it is full."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ R = np.diag(VARIANCES)
 
 @pytest.fixture(autouse=True)
 def _unused_graphs() -> None:
-    """Tests of other modules may have filled the graph of this model, which then keeps no more."""
+    """Empty the graphs. Tests of other modules may have filled that of this model."""
     gain_schedule.cache_clear()
 
 
 def riccati(before: Floats, periods: int) -> tuple[Floats, Floats]:
-    """P and K after `periods` predictions and an update, straight from the textbook."""
+    """Return P and K after `periods` predictions and an update, by the textbook."""
     p = before
     for _ in range(periods):
         p = F @ p @ F.T + Q
@@ -48,7 +48,7 @@ def settled(schedule: GainSchedule, point: Covariance) -> Covariance:
 
 
 def test_filters_of_the_same_model_share_what_they_compute() -> None:
-    variances = (2.5, 1.25)  # of no other test: a graph keeps so many points and no more
+    variances = (2.5, 1.25)  # of no other test, since a graph keeps a limited number of points
     first, second = Filter(PERIOD_S, ACCELERATION_STD), Filter(PERIOD_S, ACCELERATION_STD)
     for k in range(20):
         inputs = (0.5,) * (1 + k % 3)
@@ -58,30 +58,30 @@ def test_filters_of_the_same_model_share_what_they_compute() -> None:
     assert first.x != second.x
 
 
-def test_only_the_same_model_is_shared() -> None:
+def test_different_models_share_nothing() -> None:
     shared = gain_schedule(PERIOD_S, ACCELERATION_STD, VARIANCES)
     assert gain_schedule(PERIOD_S, ACCELERATION_STD, VARIANCES) is shared
     for other in ((0.2, 0.5, VARIANCES), (0.1, 0.6, VARIANCES), (0.1, 0.5, (3.0, 4.6875))):
         assert gain_schedule(*other) is not shared
 
 
-def test_starts_with_the_covariance_of_a_reading() -> None:
+def test_the_schedule_starts_with_the_covariance_of_a_reading() -> None:
     np.testing.assert_array_equal(fresh().first.P, R)
     assert fresh().first.std == pytest.approx(np.sqrt(VARIANCES), rel=1e-15)
 
 
-def test_settles_into_a_point_that_leads_to_itself() -> None:
+def test_the_schedule_settles_into_a_fixed_point() -> None:
     schedule = fresh()
     point = settled(schedule, schedule.first)
     P, K = riccati(point.P, 1)  # noqa: N806  # the letters of the field
     np.testing.assert_allclose(P, point.P, rtol=1e-11)
     np.testing.assert_allclose(K, point.K, rtol=1e-11)
-    # From any history the same point is reached, in number if not as an object.
+    # Any history leads to an equal point, though not the same object.
     point = settled(schedule, schedule.step(schedule.step(point, 5), 2))
     np.testing.assert_allclose(point.P, P, rtol=1e-9)
 
 
-def test_settling_beforehand_walks_the_same_way() -> None:
+def test_settling_beforehand_takes_the_same_steps() -> None:
     schedule = fresh()
     steps = settle(schedule)
     point = schedule.first
@@ -92,8 +92,8 @@ def test_settling_beforehand_walks_the_same_way() -> None:
     assert settled(schedule, point) is point
 
 
-def test_stays_right_when_it_is_full() -> None:
-    """Random histories never meet again: more of them than are kept."""
+def test_a_full_graph_stays_right() -> None:
+    """Random histories never meet again, so they make more points than the graph keeps."""
     random = np.random.default_rng(5)
     schedule = fresh()
     point, P = schedule.first, R  # noqa: N806  # the letters of the field
@@ -104,10 +104,10 @@ def test_stays_right_when_it_is_full() -> None:
         np.testing.assert_allclose(point.P, P, rtol=1e-9)
         np.testing.assert_allclose(point.K, K, rtol=1e-9)
     last = schedule.step(point, 1)
-    assert schedule.step(point, 1) is not last  # full: computed anew, to the same numbers
+    assert schedule.step(point, 1) is not last  # full: computed again, to the same numbers
     np.testing.assert_array_equal(schedule.step(point, 1).P, last.P)
     np.testing.assert_allclose(settled(schedule, point).P, settled(fresh(), last).P, rtol=1e-9)
-    again = schedule.first  # what was kept is still there
+    again = schedule.first  # kept points are still there
     for number in periods[:100]:
         assert schedule.step(again, number) is schedule.step(again, number)
         again = schedule.step(again, number)

@@ -1,4 +1,4 @@
-"""What a vehicle makes of beacons that come late, twice, in disorder, or without sense."""
+"""A vehicle copes with beacons that are late, doubled, out of order, or senseless."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Gains
 
 
-def test_disorder_duplicates_and_strangers_change_nothing() -> None:
-    """The same news, once in order and once with everything a channel may add to it."""
+def test_reordering_duplicates_and_strangers_change_nothing() -> None:
+    """One vehicle gets beacons in order, the other with all that a channel may add to them."""
     orderly, other = Cab(scenario()), Cab(scenario())
     fronts = [
         beacon(AHEAD, k, speed=30.0 - 0.1 * k, acceleration=-1.0 + 0.1 * k) for k in range(12)
@@ -25,7 +25,7 @@ def test_disorder_duplicates_and_strangers_change_nothing() -> None:
     for k in range(12):
         for cab in (orderly, other):
             cab.sense(gap=37.0 + 0.1 * k, speed=30.0, acceleration=0.0)
-        news: list[pb.Beacon] = []  # in every third cycle nothing gets through
+        news: list[pb.Beacon] = []  # no frame arrives in every third cycle
         if k % 3 == 1:
             news = [*fronts[max(0, k - 1) : k + 1], *rears[max(0, k - 1) : k + 1]]
         elif k % 3 == 2:
@@ -39,7 +39,7 @@ def test_disorder_duplicates_and_strangers_change_nothing() -> None:
 
 
 def senseless() -> list[pb.Beacon]:
-    """Beacons of the vehicle behind that no honest one sends."""
+    """Return beacons that no correct vehicle behind sends."""
     later = beacon(BEHIND, 50)
     torn = beacon(BEHIND, 2)
     torn.planned_from_ns.append(7 * T_NS)
@@ -53,7 +53,7 @@ def senseless() -> list[pb.Beacon]:
 
 
 @pytest.mark.parametrize("nonsense", senseless())
-def test_a_beacon_that_makes_no_sense_is_as_good_as_lost(nonsense: pb.Beacon) -> None:
+def test_a_beacon_that_makes_no_sense_counts_as_lost(nonsense: pb.Beacon) -> None:
     deaf, other = Cab(scenario()), Cab(scenario())
     for k in range(5):
         news = [] if k == 2 else [beacon(AHEAD, k), beacon(BEHIND, k, gap=36.0)]
@@ -63,7 +63,7 @@ def test_a_beacon_that_makes_no_sense_is_as_good_as_lost(nonsense: pb.Beacon) ->
         assert other.receive([*news, *wrong]) == deaf.receive(news)
 
 
-def test_a_late_frame_is_taken_at_its_own_time() -> None:
+def test_a_late_frame_counts_at_its_own_time() -> None:
     cab = Cab(scenario(gains=STILL))
     for k in range(3):
         cab.sense()
@@ -71,7 +71,7 @@ def test_a_late_frame_is_taken_at_its_own_time() -> None:
     cab.sense()
     assert cab.receive().behind.measured_ns == 2 * T_NS
     cab.sense()
-    # It was sent in cycle 3, when the gap was 50 m and grew by 10 m/s; 0.2 s are to be predicted.
+    # It was sent in cycle 3, when the gap was 50 m and grew by 10 m/s. The prediction spans 0.2 s.
     late = cab.receive([beacon(BEHIND, 3, gap=50.0, relative_speed=10.0)])
     assert late.behind.measured_ns == 3 * T_NS
     assert late.age_ns == T_NS
@@ -80,7 +80,7 @@ def test_a_late_frame_is_taken_at_its_own_time() -> None:
     assert v > 8.0
 
 
-def test_of_the_neighbours_readings_the_newest_one_counts_for_bcm() -> None:
+def test_bcm_uses_the_newest_reading_of_a_neighbour() -> None:
     cab = Cab(scenario(model="BCM", gains=Gains(k_d=0.1, k_v=0.0, k_c=0.0)))
     cab.sense(gap=40.0)
     cab.receive([beacon(BEHIND, 0, gap=30.0)])

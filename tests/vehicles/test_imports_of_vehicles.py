@@ -1,4 +1,4 @@
-"""What a vehicle's process imports: nothing that only reports or the channel need."""
+"""A vehicle's process imports nothing that only reports or the channel need."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def test_a_fleet_draws_no_picture() -> None:
     assert imported("import zenvoy.fleet.run, zenvoy.vehicles.process").isdisjoint(HEAVY)
 
 
-def test_only_filterpy_brings_scipys_functions() -> None:
-    """filterpy imports them; the vehicle's own code does not."""
+def test_only_filterpy_imports_scipys_functions() -> None:
+    """filterpy imports them, and the vehicle's own code does not."""
     code = f"{WITH_STUB}\nimport zenvoy.vehicles.process"
     found = imported(f"{code}\nassert 'scipy.special' not in sys.modules")
     assert "zenvoy" in found
     assert found.isdisjoint(HEAVY)
 
 
-def test_scenarios_and_the_channel_wait_with_scipys_functions() -> None:
+def test_scenarios_and_the_channel_import_scipys_functions_late() -> None:
     imported("import sys, zenvoy.channel.process; assert 'scipy.special' not in sys.modules")

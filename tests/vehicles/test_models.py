@@ -1,4 +1,4 @@
-"""Whole fleets in one process, without noise: what each model commands, from the truth."""
+"""In whole fleets without noise, each model commands what follows from the truth."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BRAKE = [{"type": "brake", "vehicle": 5, "at_s": 0.5, "duration_s": 1.0, "decele
 
 
 def simulate(**sections: Any) -> dict[str, Any]:
-    """Tables by topic, stacked over time (frames and events: lists), of a run in process."""
+    """Run in process, and return tables by topic, stacked over time (frames, events: lists)."""
     base: dict[str, Any] = {
         "duration_s": 6.0,
         "fleet": {"size": 12},
@@ -52,19 +52,19 @@ def simulate(**sections: Any) -> dict[str, Any]:
 
 
 def shifted(column: NDArray[Any], by: int) -> NDArray[Any]:
-    """That of the vehicle `by` places ahead (negative: behind), on the ring."""
+    """Return the column of the vehicle `by` places ahead (negative: behind), on the ring."""
     return np.asarray(np.roll(column, by, axis=1))
 
 
 def position_ahead(position: NDArray[Any], by: int) -> NDArray[Any]:
-    """Position of the vehicle `by` places ahead, one ring length on where the seam is between."""
+    """Return the position of the vehicle `by` places ahead, unwrapped across the seam."""
     n = position.shape[1]
     lap = (np.arange(n)[None, :] < by).astype(float) - (np.arange(n)[None, :] >= n + by)
     return np.asarray(shifted(position, by) + RING_M * lap)
 
 
 def pulls(truth: Table, j: int) -> NDArray[Any]:
-    """k_d (p_{i-j} - 2 p_i + p_{i+j}) + k_v (the same in v), of every vehicle at t_k."""
+    """Return k_d (p_{i-j} - 2 p_i + p_{i+j}) + k_v (the same in v) of all vehicles at t_k."""
     p, v = truth["position"][:-1], truth["speed"][:-1]
     stretch = position_ahead(p, j) - 2 * p + position_ahead(p, -j)
     return np.asarray(K_D * stretch + K_V * (shifted(v, j) - 2 * v + shifted(v, -j)))
@@ -88,9 +88,8 @@ def test_bilateral_commands(
     truth, speed = tables["truth"], tables["truth"]["speed"][:-1]
     expected = sum(c * pulls(truth, j) for j, c in enumerate(weights, 1)) + K_C * (V_DES - speed)
     if state == "position":
-        # Decided 11 ms after t_k, when the own position is 11 ms farther on, and the others' are
-        # as they were: everyone seems to be v · 11 ms nearer to the one ahead, and farther from
-        # the one behind.
+        # A vehicle decides 11 ms after t_k, when its own position is 11 ms newer than the others'.
+        # So it seems to be v · 11 ms nearer to the vehicle ahead, and farther from the one behind.
         expected -= 2 * K_D * speed * 0.011 * sum(weights)
     expected = np.clip(expected, -3.0, 3.0)
     np.testing.assert_allclose(tables["fleet command"]["acceleration"], expected, atol=1e-9)
@@ -99,8 +98,8 @@ def test_bilateral_commands(
     assert np.unique(tables["estimate"]["neighbours"]).tolist() == ([m] if m else [])
 
 
-def test_where_the_range_ends_so_does_the_chain() -> None:
-    """5G mmWave reaches 50 m: at 37.5 m from one to the next, only the next vehicle."""
+def test_a_chain_ends_at_the_range() -> None:
+    """5G mmWave reaches 50 m: at spacings of 37.5 m, only the next vehicle."""
     control = {"model": "MBCM"}
     near = simulate(control=control, channel={"technology": "5g-mmwave"})
     bcm = simulate(control={"model": "BCM"}, channel={"technology": "5g-mmwave"})
@@ -110,12 +109,12 @@ def test_where_the_range_ends_so_does_the_chain() -> None:
     )
 
 
-def test_a_chain_is_as_long_as_on_the_shorter_side() -> None:
-    """Vehicle 6 tells nothing: who would need its word takes fewer into account."""
+def test_the_shorter_side_limits_a_chain() -> None:
+    """Vehicle 6 sends nothing, so vehicles that need its data use fewer neighbours."""
     fleet = {"size": 12, "groups": [{"name": "mute", "vehicles": 6, "beacons": False}]}
     tables = simulate(fleet=fleet, control={"model": "MBCM"})
-    # Behind, the j-th gap is told by vehicle i + j; ahead, the j-th by i - j + 1 (the own radar
-    # knows the first).
+    # Vehicle i + j reports the j-th gap behind, and vehicle i - j + 1 the j-th gap ahead. The own
+    # radar reads the first.
     expected = [3, 3, 2, 1, 0, 3, 1, 2, 3, 3, 3, 3]
     assert np.all(tables["estimate"]["neighbours"] == expected)
     modes = tables["estimate"]["mode"][-1].tolist()
@@ -127,7 +126,7 @@ def test_a_chain_is_as_long_as_on_the_shorter_side() -> None:
 
 
 @pytest.mark.parametrize("state", ["radar", "position"])
-def test_the_open_road_has_ends(state: str) -> None:
+def test_laws_respect_the_ends_of_the_open_road(state: str) -> None:
     control = {"model": "MBCM", "neighbour_state": state}
     tables = simulate(road={"type": "open"}, control=control)
     assert np.all(tables["estimate"]["neighbours"] == [0, 1, 2, *[3] * 6, 2, 1, 0])
@@ -143,21 +142,21 @@ def test_the_open_road_has_ends(state: str) -> None:
 
 
 @pytest.mark.parametrize("size", [None, 4])
-def test_platoons(size: int | None) -> None:
+def test_platoons_follow_predecessor_and_leader(size: int | None) -> None:
     control = {"model": "CACC", "platoon": {"size": size}, "system_delay_ms": 189}
     tables = simulate(control=control)
     truth, a = tables["truth"], tables["fleet command"]["acceleration"]
     p, v = truth["position"][:-1], truth["speed"][:-1]
     leaders = np.arange(12) // (size or 12) * (size or 12)
     ahead, gap = shifted(v, 1), position_ahead(p, 1) - p
-    # What acts from t_k on, as the others tell it: the command that took effect last, decided in
+    # The acceleration from t_k that vehicles report: the command that took effect last, decided in
     # cycle k - 2 for t_k. Vehicle 5 contradicts that while it brakes.
-    told = np.vstack([np.zeros((2, 12)), a[:-2]])
+    reported = np.vstack([np.zeros((2, 12)), a[:-2]])
     read = truth["acceleration"][:-1]
     meant = np.vstack([np.zeros((3, 12)), a[:-3]])[: len(read)]
-    told = np.where(np.abs(read - meant) > 0.1, read, told)
+    reported = np.where(np.abs(read - meant) > 0.1, read, reported)
     follow = K_D * (gap - 37.5) + K_V * (ahead - v) + K_C * (V_DES - v)
-    cooperate = 0.5 * shifted(told, 1) + 0.5 * told[:, leaders] + 0.3 * (ahead - v)
+    cooperate = 0.5 * shifted(reported, 1) + 0.5 * reported[:, leaders] + 0.3 * (ahead - v)
     cooperate += 0.1 * (v[:, leaders] - v) + 0.04 * (gap - 37.5)
     expected = np.where(leaders == np.arange(12), follow, cooperate)
     np.testing.assert_allclose(a, np.clip(expected, -3.0, 3.0), atol=1e-9)
@@ -166,7 +165,7 @@ def test_platoons(size: int | None) -> None:
     assert np.abs(a[:, ::5]).max() > 0.01
 
 
-def test_the_leader_of_a_platoon_out_of_range_is_missed() -> None:
+def test_vehicles_fall_back_if_their_leader_is_out_of_range() -> None:
     control = {"model": "CACC", "platoon": {"size": 4}}
     tables = simulate(control=control, channel={"technology": "5g-mmwave"})
     two = [pb.MODE_FM, pb.MODE_CACC, pb.MODE_FALLBACK_FM, pb.MODE_FALLBACK_FM]
@@ -174,8 +173,8 @@ def test_the_leader_of_a_platoon_out_of_range_is_missed() -> None:
 
 
 @pytest.mark.parametrize("model", ["BCM", "MBCM"])
-def test_old_positions_drag_the_flow_down(model: str) -> None:
-    """v = k_c v_des / (k_c + 2 k_d τ), with τ = 0.1 s where only the last cycle's are at hand."""
+def test_old_positions_slow_the_flow(model: str) -> None:
+    """v = k_c v_des / (k_c + 2 k_d τ), with τ = 0.1 s if only the last cycle's are known."""
     control = {
         "model": model,
         "neighbour_state": "position",
@@ -187,14 +186,14 @@ def test_old_positions_drag_the_flow_down(model: str) -> None:
     np.testing.assert_allclose(tables["truth"]["speed"][-1], v, rtol=1e-3)
 
 
-def test_prediction_makes_old_positions_good() -> None:
+def test_prediction_makes_up_for_old_positions() -> None:
     control = {"model": "PBCM", "neighbour_state": "position", "v2v_wait_ms": 0}
     tables = simulate(control=control, duration_s=60.0, events=[], fleet={"size": 8})
     np.testing.assert_allclose(tables["truth"]["speed"][-1], V_DES, rtol=1e-3)
 
 
-def test_pbcm_by_positions_knows_what_it_would_by_radar() -> None:
-    """Without noise both readings are the truth at the same instants."""
+def test_pbcm_is_the_same_with_positions_and_with_radar() -> None:
+    """Without noise both readings are the truth at the same times."""
     by = {}
     for state in ("radar", "position"):
         control = {"model": "PBCM", "neighbour_state": state}
@@ -203,7 +202,7 @@ def test_pbcm_by_positions_knows_what_it_would_by_radar() -> None:
     assert np.ptp(by["radar"]) > 1.0
 
 
-def test_everyone_follows_the_model_of_its_group_and_of_the_schedule() -> None:
+def test_every_vehicle_follows_the_model_of_its_group_and_schedule() -> None:
     fleet = {
         "size": 12,
         "groups": [

@@ -1,4 +1,4 @@
-"""Which model decides: by age of the beacons, by schedule, and at the ends of the open road."""
+"""The age of beacons, the schedule and the ends of the open road select the model."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zenvoy.scenarios import Control, Fleet, Gains, Model, Scenario, Switch
 
 
 @pytest.mark.parametrize("model", ["BCM", "PBCM"])
-def test_past_the_age_limit_it_follows_its_radar_until_it_hears_again(model: Model) -> None:
+def test_past_the_age_limit_a_vehicle_follows_its_radar_until_it_hears_again(model: Model) -> None:
     cab = Cab(scenario(model=model, age_limit_ms=300, gains=Gains(k_d=0.1, k_v=0.5, k_c=0.05)))
     mode = pb.MODE_BCM if model == "BCM" else pb.MODE_PBCM
     for k in range(14):
@@ -19,7 +19,7 @@ def test_past_the_age_limit_it_follows_its_radar_until_it_hears_again(model: Mod
         command = cab.receive(heard)
         if k < 2:
             assert (command.mode, command.age_ns) == (pb.MODE_FALLBACK_FM, -1)
-        elif k <= 6 or k >= 11:  # at the limit it is not past it
+        elif k <= 6 or k >= 11:  # the limit itself is not past it
             assert command.mode == mode
             assert command.age_ns == ((k - 3) * T_NS if 3 <= k <= 6 else 0)
         else:
@@ -28,8 +28,8 @@ def test_past_the_age_limit_it_follows_its_radar_until_it_hears_again(model: Mod
             assert command.acceleration == pytest.approx(0.4, abs=1e-12)
 
 
-def test_the_schedule_switches_models_at_the_first_decision_from_then_on() -> None:
-    """Decisions fall 11 ms into each cycle; two switches before the same one count as the last."""
+def test_the_schedule_switches_models_at_the_next_decision() -> None:
+    """Decisions are 11 ms after each start. The last of several switches counts."""
     control = Control(
         model="FM",
         schedule=(
@@ -46,7 +46,7 @@ def test_the_schedule_switches_models_at_the_first_decision_from_then_on() -> No
     assert modes == [pb.MODE_FM] * 3 + [pb.MODE_BCM] * 3 + [pb.MODE_PBCM] * 2
 
 
-def test_fm_needs_nobody() -> None:
+def test_fm_needs_no_beacons() -> None:
     cab = Cab(scenario(model="FM"))
     for _ in range(15):
         cab.sense(gap=40.5)
@@ -56,7 +56,7 @@ def test_fm_needs_nobody() -> None:
 
 
 @pytest.mark.parametrize("model", ["FM", "BCM", "PBCM"])
-def test_the_ends_of_the_open_road(model: Model) -> None:
+def test_models_at_the_ends_of_the_open_road(model: Model) -> None:
     settings = scenario(model=model, open_road=True, age_limit_ms=300)
     first, last = Cab(settings, 1), Cab(settings, 5)
     for k in range(8):
@@ -76,8 +76,8 @@ def test_the_ends_of_the_open_road(model: Model) -> None:
         assert followed.acceleration == pytest.approx(0.3, abs=1e-9 if model != "PBCM" else 0.05)
 
 
-def test_nobody_is_behind_the_last_of_the_open_road() -> None:
-    """The first one, a road's length ahead, may well be heard; it is nobody's follower."""
+def test_nobody_is_behind_the_last_vehicle_of_the_open_road() -> None:
+    """The last vehicle may hear the first, a road's length ahead, which is nobody's follower."""
     last = Cab(scenario(open_road=True), 5)
     first = beacon(1, 0)
     first.ClearField("ahead")

@@ -1,4 +1,4 @@
-"""The EKF and the UKF find what the plain filter finds: the models of a link are linear."""
+"""The EKF and the UKF agree with the plain filter, since the models of a link are linear."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from filterpy.kalman.sigma_points import cholesky  # scipy's, as it is the default there
+from filterpy.kalman.sigma_points import cholesky  # scipy's, the default there
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def new(kind: Literal["kalman", "ekf", "ukf"]) -> StateFilter:
 def assert_agree(other: StateFilter, plain: StateFilter, tolerance: float, what: str) -> None:
     std = np.array(plain.std)
     np.testing.assert_allclose(other.x, plain.x, rtol=tolerance, atol=tolerance, err_msg=what)
-    # Each entry against the standard deviations it belongs to: they may differ by thousands.
+    # Each entry is scaled by its standard deviations, which may differ by factors of thousands.
     wrong = np.abs(other.P - plain.P) / np.outer(std, std)
     assert wrong.max() < tolerance, f"P, {what}: {wrong}"
     np.testing.assert_allclose(other.std, std, rtol=tolerance, err_msg=f"std, {what}")
@@ -56,7 +56,7 @@ def compare(
     tolerance: float = 1e-9,
     seed: int = 1,
 ) -> None:
-    """Run both over readings of a state that moves as they assume, `periods` apart.
+    """Run both over readings, `periods` apart, of a state that moves as they assume.
 
     R goes through `phases`, each for an equal part of the steps.
     """
@@ -91,7 +91,7 @@ variances = st.floats(0.1, 20.0) | st.just(NO_ERROR)
     ),
     seed=st.integers(0, 2**32),
 )
-def test_agrees_with_the_plain_filter(
+def test_each_kind_agrees_with_the_plain_filter(
     kind: Kind,
     period_s: float,
     acceleration_std: float,
@@ -116,11 +116,11 @@ def test_agrees_with_the_plain_filter(
     "phases",
     [
         [(4.6875, 3.0)],
-        [(4.6875, 3.0), (0.3, 3.3e-5), (4.6875, 3.0)],  # a queue that stands, and moves on
+        [(4.6875, 3.0), (0.3, 3.3e-5), (4.6875, 3.0)],  # a queue that stops and moves on
         [(3.0,)],
     ],
 )
-def test_agrees_over_a_long_time(kind: Kind, phases: list[Variances]) -> None:
+def test_each_kind_agrees_over_a_long_time(kind: Kind, phases: list[Variances]) -> None:
     lost = np.random.default_rng(3)
     compare(
         kind,
@@ -134,10 +134,10 @@ def test_agrees_over_a_long_time(kind: Kind, phases: list[Variances]) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("period_s", "tolerance"), [(0.1, 1e-9), (1.0, 1e-8), (10.0, 1e-3)])
 @pytest.mark.parametrize("size", [1, 2])
-def test_a_perfect_reading_after_a_long_silence(
+def test_a_perfect_reading_after_a_long_silence_keeps_precision(
     kind: Kind, period_s: float, tolerance: float, size: int
 ) -> None:
-    """Of P' a 1e-16th is left, in the worst case here: nothing may be lost in a difference."""
+    """In the worst case, 1e-16 of P' remains, so no difference may cancel it."""
     compare(
         kind,
         period_s=period_s,
@@ -150,7 +150,7 @@ def test_a_perfect_reading_after_a_long_silence(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_two_readings_of_the_same_time(kind: Kind) -> None:
+def test_two_readings_may_have_the_same_time(kind: Kind) -> None:
     compare(
         kind,
         steps=30,
@@ -161,7 +161,7 @@ def test_two_readings_of_the_same_time(kind: Kind) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("size", [1, 2])
-def test_stays_positive_definite_and_symmetric(kind: Kind, size: int) -> None:
+def test_covariances_stay_positive_definite_and_symmetric(kind: Kind, size: int) -> None:
     one = new(kind)
     random = np.random.default_rng(5)
     for _ in range(2_000):
@@ -169,11 +169,11 @@ def test_stays_positive_definite_and_symmetric(kind: Kind, size: int) -> None:
         error = float(random.choice([NO_ERROR, 5.0, 1e4]))
         one.step(inputs, (30.0,) * size, (error, 3.0)[-size:])
         np.testing.assert_allclose(one.P, one.P.T, rtol=1e-9)
-        np.linalg.cholesky(one.P)  # raises where it is not
+        np.linalg.cholesky(one.P)  # raises if it is not
 
 
 @pytest.mark.parametrize("kind", ["kalman", *KINDS])
-def test_starts_from_the_first_reading_and_anew_after_a_reset(
+def test_each_kind_starts_from_the_first_reading_and_again_after_a_reset(
     kind: Literal["kalman", "ekf", "ukf"],
 ) -> None:
     link = new(kind)
@@ -192,8 +192,8 @@ def test_starts_from_the_first_reading_and_anew_after_a_reset(
         assert [*link.x, *link.std] == []
 
 
-def test_a_reading_counts_by_its_variance() -> None:
-    """One update of the speed by hand: P' = 3 + 0.25 · 0.01, K = P' / (P' + R)."""
+def test_a_reading_is_weighted_by_its_variance() -> None:
+    """One update of the speed by hand has P' = 3 + 0.25 · 0.01 and K = P' / (P' + R)."""
     for kind in KINDS:
         speed = new(kind)
         speed.step((), (30.0,), (3.0,))
@@ -204,7 +204,7 @@ def test_a_reading_counts_by_its_variance() -> None:
         assert speed.std[0] ** 2 == pytest.approx((1.0 - gain) * before, rel=1e-12)
 
 
-def test_the_model_is_the_paper_s() -> None:
+def test_the_model_is_that_of_the_paper() -> None:
     link, speed = linear_model(0.1, 0.5, 2), linear_model(0.1, 0.5, 1)
     np.testing.assert_array_equal(link.F, [[1.0, 0.1], [0.0, 1.0]])
     np.testing.assert_allclose(link.B, [[0.005], [0.1]], rtol=1e-15)
@@ -212,7 +212,7 @@ def test_the_model_is_the_paper_s() -> None:
     assert [entry.tolist() for entry in speed] == [[[1.0]], [[0.1]], [pytest.approx([0.0025])]]
 
 
-def test_the_setting_chooses() -> None:
+def test_the_setting_selects_the_filter() -> None:
     assert type(new("kalman")) is Filter
     for kind in KINDS:
         assert type(new(kind)) is TrackingFilter
@@ -221,7 +221,7 @@ def test_the_setting_chooses() -> None:
 
 @given(st.floats(0.01, 1e3), st.floats(0.01, 1e3), st.floats(-0.999, 0.999))
 @example(1.0, 1.0, 0.0)
-def test_the_root_is_that_of_cholesky(first: float, second: float, correlation: float) -> None:
+def test_the_root_equals_that_of_cholesky(first: float, second: float, correlation: float) -> None:
     shared = correlation * first * second
     covariance = np.array([[first**2, shared], [shared, second**2]])
     root = upper_root(covariance)
@@ -230,7 +230,7 @@ def test_the_root_is_that_of_cholesky(first: float, second: float, correlation: 
     assert upper_root(covariance[:1, :1]).tolist() == [[pytest.approx(first, rel=1e-15)]]
 
 
-def test_what_is_singular_has_a_root_too() -> None:
+def test_a_singular_matrix_has_a_root() -> None:
     random = np.random.default_rng(9)
     for exponent in range(-9, 19):
         for direction in random.uniform(-1.0, 1.0, (20, 2, 1)):
@@ -249,7 +249,7 @@ events: [{vehicle: 3, at_s: 2, duration_s: 2, deceleration_mps2: 3}]
 
 
 def truth(out: Path) -> Floats:
-    """Position and speed of each vehicle, (2, cycles + 1, vehicles)."""
+    """Return position and speed of each vehicle, (2, cycles + 1, vehicles)."""
     table = read_fleet(out / "out" / "run.mcap")["/fleet/truth"]
     return np.stack([table["position"], table["speed"]])
 
@@ -263,6 +263,6 @@ def test_a_run_is_the_same_on_both_buses_and_as_with_the_plain_filter(
     single = run(tmp_path / "single", LOSSY, "--bus", "in-process", *chosen)
     plain = run(tmp_path / "plain", LOSSY, "--bus", "in-process")
     assert zenoh.result["fingerprint"] == single.result["fingerprint"]
-    # Not the same bits: so it was not the plain filter that ran.
+    # The bits differ, so the plain filter did not run.
     assert single.result["fingerprint"] != plain.result["fingerprint"]
     np.testing.assert_allclose(truth(tmp_path / "single"), truth(tmp_path / "plain"), atol=1e-9)

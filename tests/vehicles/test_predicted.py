@@ -1,4 +1,4 @@
-"""What a vehicle predicts for the instant of effect agrees with closed forms."""
+"""Predictions of a vehicle for the time of effect agree with closed forms."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ accelerations = st.floats(-2.5, 2.5)
     wait_ms=st.sampled_from([0, 11, 50]),
     late=st.tuples(st.integers(0, 4), st.integers(0, 4)),
 )
-def test_predicts_constant_accelerations_exactly(
+def test_constant_accelerations_are_predicted_exactly(
     own_a: float,
     ahead_a: float,
     behind_a: float,
@@ -60,10 +60,10 @@ def test_predicts_constant_accelerations_exactly(
     wait_ms: int,
     late: tuple[int, int],
 ) -> None:
-    """Without noise: what it says of the instant of effect is what the closed form says.
+    """Without noise, predictions for the time of effect equal the closed form.
 
-    The host commands nothing, so what it does otherwise contradicts its commands and is believed
-    to go on. Each neighbour's frames are `late` by that many cycles.
+    The ego vehicle commands nothing, so its motion contradicts its commands, and it expects that
+    motion to go on. Each neighbour's frames are `late` by that many cycles.
     """
     own = Course(0.0, speeds[0], own_a)
     front = Course(gaps[0], speeds[1], ahead_a)
@@ -109,13 +109,13 @@ def test_predicts_constant_accelerations_exactly(
             assert behind.predicted_speed == pytest.approx(closing(rear, own, effect), abs=1e-9)
 
 
-def test_predicts_with_the_commands_that_are_on_their_way() -> None:
-    """Its own commands act as commanded, 300 ms after the cycle's start."""
+def test_predictions_include_pending_commands() -> None:
+    """The own commands take effect as commanded, 300 ms after the start of the cycle."""
     cab = Cab(scenario(delay_ms=289, wait_ms=11, gains=Gains(k_d=0.02, k_v=0.1, k_c=0.05)))
-    steps: list[tuple[float, float]] = []  # (from, a) of the host; the neighbours keep 30 m/s
+    steps: list[tuple[float, float]] = []  # (from, a) of the ego; the neighbours keep 30 m/s
 
-    def host(t: float) -> tuple[float, float, float]:
-        """Position, speed and acceleration by exact integration of the commands."""
+    def ego(t: float) -> tuple[float, float, float]:
+        """Return position, speed and acceleration by exact integration of the commands."""
         p, v, now, a = 0.0, 25.0, 0.0, 0.0
         for start, value in steps:
             if start >= t:
@@ -126,8 +126,8 @@ def test_predicts_with_the_commands_that_are_on_their_way() -> None:
 
     for k in range(25):
         t = k * T_S
-        p, v, _ = host(t)
-        before = host(max(0.0, t - T_S))[1]
+        p, v, _ = ego(t)
+        before = ego(max(0.0, t - T_S))[1]
         cab.sense(
             gap=60.0 + 30.0 * t - p,
             relative_speed=30.0 - v,
@@ -139,7 +139,7 @@ def test_predicts_with_the_commands_that_are_on_their_way() -> None:
         )
         command = cab.receive([beacon(AHEAD, k), rear])
         effect = t + 0.3
-        p, v, _ = host(effect)
+        p, v, _ = ego(effect)
         assert command.predicted_speed == pytest.approx(v, abs=1e-9)
         assert command.ahead.predicted_gap == pytest.approx(60.0 + 30.0 * effect - p, abs=1e-9)
         assert command.behind.predicted_speed == pytest.approx(v - 30.0, abs=1e-9)
@@ -154,7 +154,7 @@ def test_predicts_with_the_commands_that_are_on_their_way() -> None:
     assert max(abs(a) for _, a in steps) > 0.3
 
 
-def test_no_speed_is_predicted_below_standstill() -> None:
+def test_no_predicted_speed_is_negative() -> None:
     cab = Cab(scenario(gains=STILL, delay_ms=500))
     cab.sense(speed=0.5, acceleration=-3.0)
     assert cab.receive().predicted_speed == 0.0
