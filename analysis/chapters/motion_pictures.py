@@ -14,6 +14,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.instants import around_first, instants
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
+from zenvoy.analysis.page.speed_map import speed_map
 from zenvoy.analysis.page.style import CYCLE, SPEED_MAP, legend, subplots, whole_numbers
 
 Floats = NDArray[np.float64]
@@ -116,18 +117,7 @@ def heat_map(run: Run) -> Figure:
     time_s, speed = run.time_s, run.truth["speed"]
     step = -(-len(speed) // _MAX_COLUMNS)
     figure, axes = subplots(height_in=3.2)
-    n = speed.shape[1]
-    image = axes.imshow(
-        speed[::step].T,
-        aspect="auto",
-        origin="lower",
-        extent=(time_s[0], time_s[-1], 0.5, n + 0.5),
-        cmap=SPEED_MAP,
-        norm=_scale(run),
-        interpolation="none",
-    )
-    axes.grid(visible=False)
-    whole_numbers(axes.yaxis)
+    image = speed_map(axes, time_s, speed[::step], _scale(run))
     mark(axes, happenings(run), image=True)
     legend(axes, above_pt=ABOVE_BARS_PT)
     figure.colorbar(image, ax=axes, label="speed, m/s", fraction=0.04, pad=0.02)

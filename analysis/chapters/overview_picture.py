@@ -15,6 +15,7 @@ from zenvoy.analysis.measures.quantities import first_disturbed
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
+from zenvoy.analysis.page.speed_map import speed_map
 from zenvoy.links.distance import gaps
 
 _LEAD_S: Final = 5.0  # the link is shown from this long before the first disturbance
@@ -43,18 +44,7 @@ def overview(run: Run) -> Figure:
 
 
 def _speeds(figure: Figure, axes: Any, time_s: NDArray[Any], speed: NDArray[Any]) -> None:
-    n = speed.shape[1]
-    extent = (time_s[0], time_s[-1], 0.5, n + 0.5)
-    image = axes.imshow(
-        speed.T,
-        aspect="auto",
-        origin="lower",
-        extent=extent,
-        cmap=style.SPEED_MAP,
-        interpolation="none",
-    )
-    axes.grid(visible=False)
-    style.whole_numbers(axes.yaxis)
+    image = speed_map(axes, time_s, speed)
     figure.colorbar(image, ax=axes, label="speed, m/s")
     axes.set_xlabel("time, s")
     axes.set_ylabel("vehicle")

@@ -20,6 +20,7 @@ from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import Happening, happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
 from zenvoy.analysis.page.section import Picture
+from zenvoy.analysis.page.speed_map import speed_map
 from zenvoy.links.distance import gaps
 from zenvoy.scenarios import roster
 
@@ -111,30 +112,17 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
         rows, columns, height_in=0.7 + 1.7 * rows, sharex=True, sharey=True, squeeze=False
     )
     speeds = [run.truth["speed"] for _, run in runs]
-    low, high = min(speed.min() for speed in speeds), max(speed.max() for speed in speeds)
+    scale = Normalize(min(s.min() for s in speeds), max(s.max() for s in speeds))
     last_s = max(run.time_s[-1] for _, run in runs)
     most = max(run.vehicles for _, run in runs)
     for axes, (label, run), speed in zip(grid.flat, runs, speeds, strict=False):
-        extent = (run.time_s[0], run.time_s[-1], 0.5, run.vehicles + 0.5)
-        axes.imshow(
-            speed.T,
-            aspect="auto",
-            origin="lower",
-            extent=extent,
-            cmap=style.SPEED_MAP,
-            interpolation="none",
-            vmin=low,
-            vmax=high,
-        )
+        speed_map(axes, run.time_s, speed, scale)
         axes.set_title(style.plain(label), loc="left", pad=ABOVE_BARS_PT)
         axes.set(xlim=(0.0, last_s), ylim=(0.5, most + 0.5))
-        axes.grid(visible=False)
-        style.whole_numbers(axes.yaxis)
         mark(axes, happenings(run), image=True)
     for axes in grid.flat[len(runs) :]:
         axes.set_visible(False)
-    scale = ScalarMappable(Normalize(low, high), style.SPEED_MAP)
-    figure.colorbar(scale, ax=grid, label="speed, m/s")
+    figure.colorbar(ScalarMappable(scale, style.SPEED_MAP), ax=grid, label="speed, m/s")
     style.figure_legend(figure, *grid.flat[: len(runs)])
     figure.supxlabel("time, s", fontsize="medium")
     figure.supylabel("vehicle", fontsize="medium")

@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from zenvoy.analysis.measures.digest import Digest
 from zenvoy.analysis.measures.instants import PAPER_S
 from zenvoy.analysis.measures.statistics import mean_and_half
+from zenvoy.analysis.page.speed_map import speed_map
 from zenvoy.analysis.page.style import (
     ESTIMATED,
     MEASURED,
     MODEL_COLOURS,
-    SPEED_MAP,
     TRUE,
     figure_legend,
     subplots,
@@ -82,20 +83,9 @@ def heat_maps(evidence: Evidence) -> Figure:
     spans = {"PBCM": (28.0, 32.0), "MBCM": (28.0, 32.0), "BCM": (28.0, 32.0), "FM": (0.0, 60.0)}
     for place, (model, (low, high)) in zip(axes, spans.items(), strict=True):
         run = evidence[case(model, _LARGE_ERROR)][0]
-        n = run.speed.shape[1]
-        image = place.imshow(
-            run.speed.T,
-            aspect="auto",
-            origin="lower",
-            extent=(run.time_s[0], run.time_s[-1], 0.5, n + 0.5),
-            cmap=SPEED_MAP,
-            vmin=low,
-            vmax=high,
-            interpolation="none",
-        )
+        image = speed_map(place, run.time_s, run.speed, Normalize(low, high))
         place.set_title(f"{model}, case {int(case(model, _LARGE_ERROR))}")
         place.set_ylabel("vehicle")
-        place.grid(visible=False)
         if model in {"BCM", "FM"}:  # the last model on each scale
             of = axes[:3] if model == "BCM" else axes[3:]
             figure.colorbar(

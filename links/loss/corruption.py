@@ -9,7 +9,7 @@ from zenvoy.values.section import Fraction
 
 def start(p: float, _draws: Draws, _size: int) -> Judge:
     """Return the probability that a frame arrives damaged."""
-    return lambda _rows, _scene: p
+    return lambda _frames, _scene: p
 
 
 LOSS = LossModel(

@@ -18,18 +18,13 @@ Vehicle = Annotated[int, Field(ge=1)]
 Point = Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]  # time_s, speed_mps
 
 
-class Brake(Section):
-    """The vehicle brakes from at_s for duration_s.
+class Lasting(Section):
+    """An event that begins at at_s and lasts for duration_s."""
 
-    Within return_s it then returns to its earlier speed; null: it does not return.
-    """
-
-    type: Literal["brake"] = "brake"
+    type: str
     vehicle: Vehicle
     at_s: NonNegative
     duration_s: Positive
-    deceleration_mps2: Positive
-    return_s: Positive | None = None
 
     @property
     def start_ns(self) -> int:
@@ -40,6 +35,17 @@ class Brake(Section):
     def end_ns(self) -> int:
         """When it ends."""
         return round((self.at_s + self.duration_s) * NS_PER_S)
+
+
+class Brake(Lasting):
+    """The vehicle brakes from at_s for duration_s.
+
+    Within return_s it then returns to its earlier speed; null: it does not return.
+    """
+
+    type: Literal["brake"] = "brake"
+    deceleration_mps2: Positive
+    return_s: Positive | None = None
 
     @property
     def returned_ns(self) -> int:
@@ -47,30 +53,17 @@ class Brake(Section):
         return round((self.at_s + self.duration_s + (self.return_s or 0.0)) * NS_PER_S)
 
 
-class Sine(Section):
+class Sine(Lasting):
     """The speed oscillates about its mean from at_s for duration_s.
 
     If to_frequency_hz is given, the frequency changes linearly to it.
     """
 
     type: Literal["sine"] = "sine"
-    vehicle: Vehicle
-    at_s: NonNegative
-    duration_s: Positive
     mean_mps: NonNegative = 30.0
     amplitude_mps: NonNegative
     frequency_hz: Positive
     to_frequency_hz: Positive | None = None
-
-    @property
-    def start_ns(self) -> int:
-        """When it begins."""
-        return round(self.at_s * NS_PER_S)
-
-    @property
-    def end_ns(self) -> int:
-        """When it ends."""
-        return round((self.at_s + self.duration_s) * NS_PER_S)
 
     @property
     def highest_mps(self) -> float:
