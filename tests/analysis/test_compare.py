@@ -69,7 +69,7 @@ def page(folder: Path, outcome: Outcome) -> Read:
     return read((folder / "out" / "compare.html").read_text())
 
 
-def test_every_picture_and_table_is_left_in_every_form(folder: Path, page: Read) -> None:
+def test_every_picture_and_table_is_written_in_every_form(folder: Path, page: Read) -> None:
     figures = [f"compare-{name}" for name in ("speeds", "distances", "snapshots", "delays")]
     tables = [f"compare-{name}" for name in ("runs", "settings", "figures")]
     assert page.all("figure", "id") == [f"figure-{name}" for name in figures]
@@ -79,7 +79,7 @@ def test_every_picture_and_table_is_left_in_every_form(folder: Path, page: Read)
     assert left == {"compare.html", *forms, *(f"{name}.csv" for name in tables)}
 
 
-def test_the_page_is_complete_by_itself(folder: Path, page: Read) -> None:
+def test_the_page_is_self_contained(folder: Path, page: Read) -> None:
     html = (folder / "out" / "compare.html").read_text()
     assert page.texts("h1") == ["_one, <b>$two$</b> and three"]
     assert "<b>$two$" not in html
@@ -87,10 +87,10 @@ def test_the_page_is_complete_by_itself(folder: Path, page: Read) -> None:
     assert str(folder) not in html
 
 
-def test_what_makes_runs_differ_is_said_first(outcome: Outcome, page: Read) -> None:
+def test_the_page_begins_with_the_differences_of_runs(outcome: Outcome, page: Read) -> None:
     notes = page.texts("li")
     assert notes == outcome.err.splitlines()
-    told = " ".join(notes)
+    text = " ".join(notes)
     for difference in (
         "simulated time: _one 6 s, <b>$two$</b> 6 s, three 4 s.",
         "fleet: _one 6 vehicles, <b>$two$</b> 6 vehicles, three 4 vehicles.",
@@ -98,10 +98,10 @@ def test_what_makes_runs_differ_is_said_first(outcome: Outcome, page: Read) -> N
         "cycle: _one 100 ms, <b>$two$</b> 100 ms, three 50 ms.",
         "seed: _one 5, <b>$two$</b> 5, three 6.",
     ):
-        assert f"The runs differ in their {difference}" in told
+        assert f"The runs differ in their {difference}" in text
 
 
-def test_the_terminal_tells_it_within_its_width(outcome: Outcome) -> None:
+def test_the_output_fits_the_width_of_the_terminal(outcome: Outcome) -> None:
     lines = outcome.out.splitlines()
     assert max(map(len, lines)) <= 80
     assert "…" not in outcome.out
@@ -120,7 +120,7 @@ def test_the_same_logs_give_the_same_files(folder: Path, page: Read, tmp_path: P
     assert files[0] == files[1]
 
 
-def test_differences_are_those_of_the_summaries(folder: Path) -> None:
+def test_differences_equal_those_of_the_summaries(folder: Path) -> None:
     of = compared(folder, "pbcm", "bcm")
     table = sheet(of, "compare-figures")
     assert table.columns == ("figure", "unit", "pbcm", "bcm", "bcm − pbcm")
@@ -135,7 +135,7 @@ def test_differences_are_those_of_the_summaries(folder: Path) -> None:
     assert any(row[4] is None for row in table.rows)
 
 
-def test_settings_that_differ_are_told_with_their_keys(folder: Path) -> None:
+def test_settings_that_differ_are_listed_with_their_keys(folder: Path) -> None:
     of = compared(folder, "pbcm", "bcm", "lossy")
     assert sheet(of, "compare-settings").rows == (
         ("control.model", "PBCM", "BCM", "PBCM"),
@@ -149,7 +149,7 @@ def test_settings_that_differ_are_told_with_their_keys(folder: Path) -> None:
     assert other["events"] == ("–", "none")
 
 
-def test_equal_runs_are_said_to_be_equal(folder: Path) -> None:
+def test_equal_runs_are_reported_as_equal(folder: Path) -> None:
     twice = compared(folder, "pbcm")[0]
     again = Compared(label="again", run=twice.run, summary=twice.summary)
     page = comparison_page([twice, again])
@@ -161,7 +161,7 @@ def test_equal_runs_are_said_to_be_equal(folder: Path) -> None:
     assert mixed.facts == (("fingerprints", "pbcm = again"),)
 
 
-def test_a_run_that_ended_early_says_so(folder: Path) -> None:
+def test_a_run_that_ended_early_has_a_note(folder: Path) -> None:
     page = comparison_page(compared(folder, "pbcm", "early"))
     assert "early: The run was interrupted at 3 s of 6 s." in page.notes
 
@@ -170,7 +170,7 @@ def labelled(folder: Path, *names: str) -> list[Labelled]:
     return [Labelled(name, load(folder / f"{name}.mcap")) for name in names]
 
 
-def test_models_have_their_colours_where_they_differ(folder: Path) -> None:
+def test_models_that_differ_have_their_colours(folder: Path) -> None:
     by_model = [style.MODEL_COLOURS["PBCM"], style.MODEL_COLOURS["BCM"]]
     assert colours(labelled(folder, "pbcm", "bcm")) == by_model
     assert colours(labelled(folder, "pbcm", "lossy")) == list(style.CYCLE[:2])
@@ -189,7 +189,7 @@ def test_heat_maps_share_one_scale_and_distances_one_axis(folder: Path) -> None:
     assert drawn == [list(style.CYCLE[:4])] * 2
 
 
-def test_snapshots_are_at_instants_that_all_runs_have(folder: Path) -> None:
+def test_snapshots_are_at_times_that_all_runs_have(folder: Path) -> None:
     assert instants_s([run for _, run in labelled(folder, "pbcm", "bcm")]) == [2, 3, 4]
     assert instants_s([run for _, run in labelled(folder, "other", "other")]) == [0, 1, 2]
     *_, snapshots, delays = comparison_pictures(labelled(folder, "pbcm", "other"))
@@ -198,7 +198,7 @@ def test_snapshots_are_at_instants_that_all_runs_have(folder: Path) -> None:
 
 
 @given(st.lists(st.integers(min_value=-5, max_value=5), min_size=1))
-def test_steps_are_the_shares_at_most_as_large(values: list[int]) -> None:
+def test_steps_are_the_cumulative_shares(values: list[int]) -> None:
     found = steps(np.array(values))
     assert found is not None
     for value, share in zip(*found, strict=True):
@@ -207,7 +207,7 @@ def test_steps_are_the_shares_at_most_as_large(values: list[int]) -> None:
     assert list(found.values) == sorted(set(values))
 
 
-def test_steps_of_many_values_are_few_and_true() -> None:
+def test_steps_of_many_values_are_few_and_correct() -> None:
     values = np.random.default_rng(1).exponential(size=50_000)
     found = steps(values)
     assert found is not None
@@ -228,7 +228,7 @@ def test_steps_of_many_values_are_few_and_true() -> None:
         (["a/run.mcap", "a/run.mcap"], ["run 1", "run 2"]),
     ],
 )
-def test_runs_are_named_by_what_tells_them_apart(logs: list[str], names: list[str]) -> None:
+def test_runs_are_named_by_what_distinguishes_them(logs: list[str], names: list[str]) -> None:
     assert labels_for([Path(log) for log in logs], []) == names
     assert labels_for([Path(log) for log in logs], ["p", "q"]) == ["p", "q"]
 
@@ -250,7 +250,7 @@ def test_names_that_do_not_fit_are_refused(
     assert str(refused.value) == message
 
 
-def test_what_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:
+def test_a_file_that_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "text.mcap").write_text("hi\n")
     log = str(folder / "pbcm.mcap")
     outcome = zenvoy(tmp_path, "compare", log, "text.mcap", "--out", "out")

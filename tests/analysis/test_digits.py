@@ -21,11 +21,11 @@ def read(written: str) -> float:
     [
         ([36.0312, 39.36], ["36.03", "39.36"]),
         ([1.7341, 0.0213], ["1.734", "0.021"]),
-        ([123.456, 0.0312, None, math.nan], ["123.46", "0.03", "–", "–"]),  # a digit at the least
+        ([123.456, 0.0312, None, math.nan], ["123.46", "0.03", "–", "–"]),  # at least one digit
         ([10.0, 12.0, 500.0], ["10", "12", "500"]),
         ([0.05, 0.1, 0.0], ["0.05", "0.10", "0.00"]),
         ([-0.25, 1.0, math.inf, -math.inf], ["−0.25", "1.00", "∞", "−∞"]),
-        ([1e-9, 123.4], ["1.000e−09", "123.4"]),  # of no one scale
+        ([1e-9, 123.4], ["1.000e−09", "123.4"]),  # of different scales
         ([30.04, "m/s", 0.25], ["30.04", "m/s", "0.25"]),
         ([7_800_000, 9999, -12_345], ["7\u00a0800\u00a0000", "9999", "−12\u00a0345"]),
         ([5_000, 0.3333], ["5000", "0.3333"]),
@@ -36,7 +36,7 @@ def read(written: str) -> float:
         ([], []),
     ],
 )
-def test_a_column_is_written_like_this(column: list[Cell], expected: list[str]) -> None:
+def test_columns_are_written_as_expected(column: list[Cell], expected: list[str]) -> None:
     assert texts(column) == expected
 
 
@@ -50,12 +50,12 @@ def test_a_column_is_written_like_this(column: list[Cell], expected: list[str]) 
         (299792.458, "299792"),
     ],
 )
-def test_a_number_by_itself(cell: Cell, expected: str) -> None:
+def test_single_numbers_are_written_as_expected(cell: Cell, expected: str) -> None:
     assert text(cell) == expected
 
 
 @given(st.lists(st.floats(min_value=1e-3, max_value=1e6), min_size=1))
-def test_what_is_written_is_what_was_meant(column: list[float]) -> None:
+def test_written_numbers_are_close_to_their_values(column: list[float]) -> None:
     """The largest number is right to 1 in 1,000, and every other has at least one digit."""
     for value, written in zip(column, texts(column), strict=True):
         tolerance = 1e-3 if value == max(column) else 0.51
@@ -63,11 +63,11 @@ def test_what_is_written_is_what_was_meant(column: list[float]) -> None:
 
 
 @given(st.lists(st.floats(min_value=0.1, max_value=900.0), min_size=2))
-def test_a_column_of_one_scale_has_its_points_below_each_other(column: list[float]) -> None:
+def test_decimal_points_of_a_column_of_one_scale_are_aligned(column: list[float]) -> None:
     assert len({len(written.partition(".")[2]) for written in texts(column)}) == 1
 
 
-def test_rows_of_different_units_are_written_each_by_itself() -> None:
+def test_rows_of_different_units_are_written_separately() -> None:
     rows = (("gap", "m", 36.0312, 40.0), ("frames", "", 12_000, None), ("lost", "%", 0.25, 120.5))
     sheet = Sheet(name="s", title="S", columns=("figure", "unit", "a", "b"), rows=rows)
     assert columns(sheet, 2) == [
@@ -89,7 +89,7 @@ def test_rows_of_one_unit_are_written_alike() -> None:
     ]
 
 
-def test_a_single_row_of_many_columns_is_turned() -> None:
+def test_a_single_row_of_many_columns_is_transposed() -> None:
     titles = ("technology", "sent", "delivered, %", "a, m", "b, m", "c, s", "d, s")
     rows = (("lte-a-pro", 12_000, 79.9938, None, 30.04, 0.5, 1.0),)
     sheet = Sheet(name="s", title="S", columns=titles, rows=rows)

@@ -26,7 +26,7 @@ SUMO = [
     (30.0, -0.5, 0.0, 0.0),
     (36.5, -0.58, 2828.7, 902.283),
 ]
-# The same program: where its output jumps to 0, by bisection.
+# The same program: the point where its output jumps to 0, by bisection.
 COASTING = [
     (0.6, -0.031102808),
     (1.0, -0.051838014),
@@ -41,14 +41,14 @@ COASTING = [
 
 
 @pytest.mark.parametrize(("v", "a", "co2", "fuel"), SUMO)
-def test_rates_are_those_of_sumo(v: float, a: float, co2: float, fuel: float) -> None:
+def test_rates_equal_those_of_sumo(v: float, a: float, co2: float, fuel: float) -> None:
     speed, acceleration = np.array([v]), np.array([a])
     assert co2_rate(speed, acceleration)[0] == pytest.approx(co2, rel=2e-5)
     assert fuel_rate(speed, acceleration)[0] == pytest.approx(fuel, rel=2e-5)
 
 
 @pytest.mark.parametrize(("v", "a"), COASTING)
-def test_coasting_is_that_of_sumo(v: float, a: float) -> None:
+def test_coasting_equals_that_of_sumo(v: float, a: float) -> None:
     assert coasting(np.array([v]))[0] == pytest.approx(a, abs=1e-9)
 
 
@@ -70,19 +70,19 @@ def test_consumption_of_a_steady_fleet() -> None:
     assert found.co2_g_per_km == pytest.approx(193.24, abs=1e-2)
 
 
-def test_vehicles_that_stand_burn_without_getting_anywhere() -> None:
+def test_standing_vehicles_burn_fuel_without_distance() -> None:
     assert consumption(np.zeros((10, 3)), np.zeros((10, 3))) is None
     moving = consumption(np.array([[20.0, 20.0]]), np.zeros((1, 2)))
     half_standing = consumption(np.array([[20.0, 0.0]]), np.zeros((1, 2)))
     assert moving is not None
     assert half_standing is not None
-    idle = 3014.0 / 3.6 / 20.0 / 742.0 * 100.0  # of the one that stands, on the other's way
+    idle = 3014.0 / 3.6 / 20.0 / 742.0 * 100.0  # of the standing vehicle, per distance of the other
     extra = half_standing.fuel_l_per_100km - moving.fuel_l_per_100km
     assert extra == pytest.approx(idle)
 
 
 @given(st.floats(0.0, 60.0), st.floats(-9.0, 9.0))
-def test_never_below_zero_and_nothing_in_overrun(v: float, a: float) -> None:
+def test_rates_are_never_negative_and_zero_in_overrun(v: float, a: float) -> None:
     speed, acceleration = np.array([v]), np.array([a])
     for rate in (co2_rate, fuel_rate):
         value = rate(speed, acceleration)[0]

@@ -71,11 +71,11 @@ def test_agreement_by_hand() -> None:
     assert found.samples == 3
 
 
-def test_agreement_of_nothing() -> None:
+def test_agreement_of_no_values_is_unknown() -> None:
     assert agreement(np.array([np.nan]), np.array([1.0])) is None
 
 
-def test_agreement_where_the_values_or_the_truth_do_not_vary() -> None:
+def test_agreement_if_the_values_or_the_truth_do_not_vary() -> None:
     found = agreement(np.array([3.0, 3.0]), np.array([1.0, 2.0]))
     assert found is not None
     assert np.isnan(found.r2_correlation)
@@ -93,7 +93,7 @@ def test_agreement_agrees_with_scipy(pairs: list[tuple[int, int]]) -> None:
     if np.ptp(values) and np.ptp(truth):
         expected = stats.pearsonr(values, truth).statistic ** 2
         assert found.r2_correlation == pytest.approx(expected, abs=1e-9)
-    # The best line through the points cannot do worse than the values themselves.
+    # The best line through the points is at least as good as the values themselves.
     if np.ptp(truth) and np.ptp(values):
         assert found.r2 <= found.r2_correlation + 1e-9
 
@@ -101,7 +101,7 @@ def test_agreement_agrees_with_scipy(pairs: list[tuple[int, int]]) -> None:
 # Consistency
 
 
-def test_the_interval_is_that_of_chi_squared() -> None:
+def test_the_interval_is_that_of_the_chi_squared_distribution() -> None:
     low, high = interval(np.array([1, 2, 40, 1000]))
     for m, a, b in zip((1, 2, 40, 1000), low, high, strict=True):
         np.testing.assert_allclose((a, b), stats.chi2(m).ppf([0.025, 0.975]) / m)
@@ -116,10 +116,10 @@ def test_spread_by_hand() -> None:
 def simulate(
     *, runs: int, steps: int, process: float, reading: float, claimed: float = 1.0
 ) -> tuple[KalmanFilter, list[NDArray[Any]]]:
-    """Constant-velocity filters of filterpy on simulated gaps; `claimed`: of the true Q.
+    """Run constant-velocity filters of filterpy on simulated gaps.
 
-    Returns true states, readings, estimates (steps, runs, 2), covariances (steps, 2, 2), and
-    innovations with their covariances.
+    `claimed` is the Q of the filters as a multiple of the true Q. Return true states, readings,
+    estimates (steps, runs, 2), covariances (steps, 2, 2), and innovations with their covariances.
     """
     rng = np.random.default_rng(7)
     f, b = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([0.005, 0.1])
@@ -132,7 +132,7 @@ def simulate(
         kalman.Q = claimed * process**2 * np.outer(b, b)
         kalman.x = np.array([37.5, 0.0])
         filters.append(kalman)
-    told: list[list[Any]] = [[] for _ in range(6)]
+    columns: list[list[Any]] = [[] for _ in range(6)]
     for _ in range(steps):
         truth = truth @ f.T + rng.normal(0.0, process, size=(runs, 1)) * b
         z = truth + rng.multivariate_normal([0.0, 0.0], r, size=runs)
@@ -147,13 +147,13 @@ def simulate(
             np.array([kalman.y for kalman in filters]),
             filters[0].S,
         )
-        for column, value in zip(told, row, strict=True):
+        for column, value in zip(columns, row, strict=True):
             column.append(value)
-    return filters[0], [np.array(column) for column in told]
+    return filters[0], [np.array(column) for column in columns]
 
 
 def test_the_innovation_follows_from_the_residual() -> None:
-    """νᵀ S⁻¹ ν from what the filter predicted is (z - x̂)ᵀ (R - P)⁻¹ (z - x̂) from what is logged."""
+    """νᵀ S⁻¹ ν of the prediction equals (z - x̂)ᵀ (R - P)⁻¹ (z - x̂) of the logged values."""
     kalman, (_, z, x, p, y, s) = simulate(runs=3, steps=50, process=0.5, reading=2.0)
     left = np.einsum("tri,tij,trj->tr", y, np.linalg.inv(s), y)
     residual = z - x
@@ -173,7 +173,7 @@ def test_the_innovation_of_a_scalar_is_exact(p: float, r: float, x: float, z: fl
         assert found[0] == pytest.approx((z - x) ** 2 / (p + r), rel=1e-6, abs=1e-9)
 
 
-def test_a_filter_that_is_right_about_itself_is_consistent() -> None:
+def test_a_filter_with_the_right_covariance_is_consistent() -> None:
     kalman, (truth, z, x, p, _, _) = simulate(runs=30, steps=800, process=0.5, reading=2.0)
     for of in (0, 1):
         std = np.sqrt(p[:, of, of])[:, None] * np.ones((1, 30))
@@ -185,7 +185,7 @@ def test_a_filter_that_is_right_about_itself_is_consistent() -> None:
         assert nis is not None
         assert nees is not None
         assert within is not None
-        # Binomial of 800 independent cycles: 95 ± 0.8 %; errors hang together and scatter more.
+        # 800 independent cycles have 95 ± 0.8 %. Errors are correlated and scatter more.
         assert nis.share_inside == pytest.approx(0.95, abs=0.025)
         assert nis.mean == pytest.approx(1.0, abs=0.05)
         assert nees.share_inside == pytest.approx(0.95, abs=0.06)
@@ -193,7 +193,7 @@ def test_a_filter_that_is_right_about_itself_is_consistent() -> None:
         np.testing.assert_allclose(within, (0.683, 0.954, 0.997), atol=0.04)
 
 
-def test_a_filter_that_is_too_sure_is_found_out() -> None:
+def test_an_overconfident_filter_is_detected() -> None:
     kalman, (truth, z, x, p, _, _) = simulate(
         runs=30, steps=300, process=2.0, reading=2.0, claimed=0.01
     )
@@ -208,7 +208,7 @@ def test_a_filter_that_is_too_sure_is_found_out() -> None:
     assert nis.mean > 1.1
 
 
-def test_consistency_leaves_out_what_is_not_known() -> None:
+def test_consistency_leaves_out_unknown_values() -> None:
     nan = np.nan
     found = consistency(np.array([[1.0, nan, 3.0], [nan, nan, nan], [0.0, 0.0, 0.0]]))
     assert found is not None
@@ -224,7 +224,7 @@ def test_consistency_leaves_out_what_is_not_known() -> None:
 # From a log
 
 
-def test_quantities_stand_at_the_instant_they_are_of(run: Run) -> None:
+def test_quantities_are_at_their_own_time(run: Run) -> None:
     found = {quantity.name: quantity for quantity in quantities(run)}
     assert list(found) == [
         "own speed",
@@ -259,14 +259,14 @@ def test_quantities_stand_at_the_instant_they_are_of(run: Run) -> None:
     np.testing.assert_array_equal(found["gap ahead"].estimated, estimate["ahead_gap"])
 
 
-def test_readings_have_the_variance_that_is_said(run: Run) -> None:
+def test_readings_have_the_stated_variance(run: Run) -> None:
     for quantity in quantities(run):
         share = (quantity.measured - quantity.true) / np.sqrt(quantity.reading_variance)
         assert float(share.std()) == pytest.approx(1.0, abs=0.05)
         assert np.abs(share).max() <= np.sqrt(3.0) + 1e-9  # uniform
 
 
-def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
+def test_the_sheets_agree_with_the_log(run: Run, section: Section) -> None:
     fleet, vehicle, consistent = section.sheets
     speed, gap = (
         run.truth["speed"][:-1],
@@ -296,7 +296,7 @@ def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
         assert 0.1 < nees < 1.5
         assert nis == pytest.approx(1.0, abs=0.15)
         assert isinstance(inside, float)
-        assert inside > 95.0  # uniform errors scatter less than χ² has it
+        assert inside > 95.0  # uniform errors scatter less than χ²
 
 
 def test_estimates_are_closer_to_the_truth_than_readings(section: Section) -> None:
@@ -322,19 +322,19 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
         assert {len(row) for row in sheet.rows} == {len(sheet.columns)}
 
 
-def test_a_run_that_estimates_nothing_says_so(folder: Path) -> None:
+def test_a_run_without_estimates_has_a_note(folder: Path) -> None:
     run = load(write_log(folder / "bcm.mcap", PBCM.replace("model: PBCM", "model: BCM")))
     section = estimation_section(run)
     assert (section.sheets, section.pictures) == ((), ())
     assert section.notes == ("No filter ran: the models of this run act on readings directly.",)
 
 
-def test_a_run_without_a_cycle_says_so(folder: Path) -> None:
+def test_a_run_without_a_cycle_has_a_note(folder: Path) -> None:
     section = estimation_section(load(write_log(folder / "none.mcap", PBCM, until_cycle=0)))
     assert section.notes == ("No cycle was logged, so there is nothing to compare.",)
 
 
-def test_the_vehicle_that_is_shown(folder: Path, run: Run) -> None:
+def test_the_chapter_shows_the_first_disturbed_vehicle(folder: Path, run: Run) -> None:
     assert first_disturbed(run) == 4
     calm = "{duration_s: 1, fleet: {size: 7}}"
     assert first_disturbed(load(write_log(folder / "calm.mcap", calm))) == 4
@@ -352,8 +352,8 @@ events: [{vehicle: 1, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
         drawn(picture)
 
 
-def test_one_that_estimates_nothing_is_not_shown(folder: Path) -> None:
-    """This holds even if it is the one that brakes, such as a human driver among others."""
+def test_a_vehicle_without_estimates_is_not_shown(folder: Path) -> None:
+    """This holds even for the vehicle that brakes, such as a human driver among others."""
     text = """
 duration_s: 6
 fleet: {size: 5, groups: [{name: humans, vehicles: "2, 3", model: FM, beacons: false}]}
@@ -369,7 +369,7 @@ events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
         drawn(picture)
 
 
-def test_an_interrupted_run_is_judged_up_to_there(folder: Path) -> None:
+def test_an_interrupted_run_is_judged_up_to_its_end(folder: Path) -> None:
     section = estimation_section(load(write_log(folder / "i.mcap", PBCM, until_cycle=50)))
     assert 40 * 6 < cell(section.sheets[0], "samples", "own speed, m/s", "measured") <= 50 * 6
     for picture in section.pictures:
@@ -398,7 +398,7 @@ def test_sensors_without_error_are_noted(folder: Path) -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(1, 6))
-def test_each_vehicle_can_be_judged_alone(run: Run, vehicle: int) -> None:
+def test_each_vehicle_can_be_judged_separately(run: Run, vehicle: int) -> None:
     speed = quantities(run)[0]
     one = agreement(speed.estimated[:, vehicle - 1], speed.true[:, vehicle - 1])
     assert one is not None

@@ -1,4 +1,4 @@
-"""Means over seeds, figures of digests, and the verdicts on claims."""
+"""Evidence has means over seeds, figures of digests, and verdicts on claims."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_intervals_are_those_of_students_t(values: list[float]) -> None:
         assert (found.low, found.high) == pytest.approx((low, high), rel=1e-9, abs=1e-9)
 
 
-def test_nineteen_of_twenty_intervals_hold_the_mean() -> None:
+def test_nineteen_of_twenty_intervals_contain_the_mean() -> None:
     draws = np.random.default_rng(1).normal(5.0, 2.0, (10, 4_000))
     mean, half = mean_and_half(draws)
     held = np.count_nonzero(np.abs(mean - 5.0) <= half)
@@ -93,7 +93,7 @@ def made(seed: int = 1, end_s: float = 500.0, **columns: Any) -> Digest:
 def evidence(
     of_case: Mapping[str, dict[str, Any]] = MappingProxyType({}), end_s: float = 500.0
 ) -> Evidence:
-    """Return three slightly different seeds; `of_case` holds columns by the number of the case."""
+    """Return three slightly different seeds. `of_case` has columns by the number of the case."""
     runs: dict[str, tuple[Digest, ...]] = {}
     for label in [case(model, pair) for model in MODELS for pair in PAIRS]:
         columns = of_case.get(label, {})
@@ -160,7 +160,7 @@ def test_a_digest_is_read_back(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["digest.npz"]
 
 
-def test_short_runs_answer_nothing_about_later() -> None:
+def test_short_runs_leave_later_claims_untested() -> None:
     found = answers(evidence(end_s=20.0))
     untested = {claim.says for claim, answer in found if answer.verdict == "not tested"}
     assert untested == {claim.says for claim in CLAIMS if claim.needs_s > 20.0}
@@ -168,7 +168,7 @@ def test_short_runs_answer_nothing_about_later() -> None:
 
 
 def test_verdicts_follow_the_figures() -> None:
-    """Each rule must be able to say yes, and to say no."""
+    """Each rule can confirm its claim, and can reject it."""
     bcm, mbcm, pbcm = (case(model, LARGE_ERROR) for model in ("BCM", "MBCM", "PBCM"))
     speeds = {bcm: {"mean_speed": 25.0}, mbcm: {"mean_speed": 18.0}}
     assert verdict(evidence(speeds), "Speeds settle at about 25") == "confirmed"
@@ -225,19 +225,19 @@ def of_gains(*differences: float, end_s: float = 120.0) -> Evidence:
     ],
 )
 def test_an_ordering_is_judged_seed_by_seed(differences: tuple[float, ...], holds: str) -> None:
-    """Seeds differ by far more than the models do."""
+    """Seeds differ by far more than models."""
     sheet = gains.sheet(of_gains(*differences))
     assert {row[-2:] for row in sheet.rows} == {(holds, holds)}
     assert ("seed 1" in sheet.note) == (len(differences) == 1)
 
 
-def test_runs_that_end_before_say_nothing_of_an_ordering() -> None:
+def test_runs_that_end_before_leave_an_ordering_untested() -> None:
     sheet = gains.sheet(of_gains(0.5, 0.6, end_s=30.0))
     assert {row[-2:] for row in sheet.rows} == {("unknown", "unknown")}
 
 
-def test_fm_is_string_stable_where_linear_theory_says_so() -> None:
-    """By the largest gain from vehicle to vehicle over a grid of frequencies."""
+def test_fm_is_string_stable_if_linear_theory_says_so() -> None:
+    """The reference is the largest gain between vehicles over a grid of frequencies."""
     w = np.geomspace(1e-4, 1e2, 20_000)
     for one in GAINS:
         ahead = one.k_d + one.k_v * 1j * w

@@ -44,7 +44,7 @@ def run(path: Path) -> Run:
 
 
 def read(form: Form, folder: Path, name: str) -> dict[str, list[Any]]:
-    """Columns of a file as Python values; of CSV, read with the standard library, as text."""
+    """Return the columns of a file as Python values, or as text for CSV."""
     if form == "parquet":
         columns: dict[str, list[Any]] = pyarrow.parquet.read_table(
             folder / f"{name}.parquet"
@@ -56,7 +56,7 @@ def read(form: Form, folder: Path, name: str) -> dict[str, list[Any]]:
 
 
 def same(form: Form, written: list[Any], logged: Any) -> None:
-    """Numbers as logged; None, and in CSV nothing, where the log has NaN or -1."""
+    """Check that numbers are as logged, and None (empty in CSV) where the log has NaN or -1."""
     values = np.asarray(logged).ravel().tolist()
     assert len(written) == len(values)
     for found, value in zip(written, values, strict=True):
@@ -69,7 +69,7 @@ def same(form: Form, written: list[Any], logged: Any) -> None:
 
 
 @pytest.mark.parametrize("form", ["parquet", "csv"])
-def test_what_is_written_is_what_is_in_the_log(run: Run, tmp_path: Path, form: Form) -> None:
+def test_written_tables_equal_the_log(run: Run, tmp_path: Path, form: Form) -> None:
     files = export(run, tmp_path / "new" / "folder", form)
     assert files == [tmp_path / "new" / "folder" / f"{name}.{form}" for name in FILES]
     folder = files[0].parent
@@ -114,15 +114,15 @@ def test_what_is_written_is_what_is_in_the_log(run: Run, tmp_path: Path, form: F
 
 
 @pytest.mark.parametrize("form", ["parquet", "csv"])
-def test_events_are_told_in_words(run: Run, tmp_path: Path, form: Form) -> None:
+def test_events_are_written_in_words(run: Run, tmp_path: Path, form: Form) -> None:
     export(run, tmp_path, form)
     events = read(form, tmp_path, "events")
     assert events["kind"] == [
         pb.EventKind.Name(event.kind).removeprefix("EVENT_") for event in run.events
     ]
     brake = events["kind"].index("BRAKE")
-    told = [events[name][brake] for name in ("cycle", "time_s", "vehicle", "text")]
-    assert told == ([10, 1.0, 2, "2 m/s²"] if form == "parquet" else ["10", "1", "2", "2 m/s²"])
+    found = [events[name][brake] for name in ("cycle", "time_s", "vehicle", "text")]
+    assert found == ([10, 1.0, 2, "2 m/s²"] if form == "parquet" else ["10", "1", "2", "2 m/s²"])
 
 
 def test_parquet_has_types_and_units(run: Run, tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_the_command_exports_a_cut_log_up_to_the_cut(path: Path, tmp_path: Path)
     assert outcome.err == "a.mcap: the log is cut: read up to 2 s of 2 s\n"
 
 
-def test_the_command_refuses_what_is_no_log(tmp_path: Path) -> None:
+def test_the_command_refuses_a_file_that_is_no_log(tmp_path: Path) -> None:
     (tmp_path / "a.mcap").write_text("hello")
     refused = zenvoy(tmp_path, "export", "a.mcap", "--to", "csv", "--out", "x")
     assert (refused.code, refused.out) == (2, "")

@@ -23,7 +23,7 @@ def test_a_table_keeps_all_its_digits() -> None:
     assert b"\r" not in csv_bytes(sheet)
 
 
-def test_files_replace_those_before_them(tmp_path: Path) -> None:
+def test_files_replace_older_ones(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("old")
     (tmp_path / "mine.txt").write_text("precious")
     paths = write_whole(tmp_path, {"a.csv": b"new", "b.png": b"\0"})
@@ -32,7 +32,7 @@ def test_files_replace_those_before_them(tmp_path: Path) -> None:
     assert left == {"a.csv": b"new", "b.png": b"\0", "mine.txt": b"precious"}
 
 
-def test_nothing_is_left_where_not_all_can_be_written(tmp_path: Path) -> None:
+def test_no_file_is_left_if_not_all_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("old")
     with pytest.raises(OSError, match="too long"):
         write_whole(

@@ -1,4 +1,4 @@
-"""What happened in a run is described in words, and marked on every time axis."""
+"""Happenings of a run are described in words, and marked on every time axis."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     return load(write_log(tmp_path_factory.mktemp("busy") / "run.mcap", BUSY))
 
 
-def test_everything_that_happened_is_listed_in_order(run: Run) -> None:
-    """What would happen after the end is left out."""
+def test_all_happenings_are_listed_in_order(run: Run) -> None:
+    """Happenings after the end are left out."""
     assert happenings(run) == [
         Happening("rule", 0.0, math.inf, "changed latency from vehicles 2-3"),
         Happening("rule", 2.0, math.inf, "changed loss on the road from 20 m to the end"),
@@ -70,20 +70,20 @@ def test_everything_that_happened_is_listed_in_order(run: Run) -> None:
 
 
 def test_the_timeline_ends_with_the_run(run: Run) -> None:
-    told = timeline(run)
-    assert told is not None
-    assert {len(row) for row in told.rows} == {len(told.columns)}
-    assert max(float(row[1]) for row in told.rows if row[1] is not None) == 12.0
-    assert [row[1] for row in told.rows if row[2] == "switch to PBCM"] == [None]
+    found = timeline(run)
+    assert found is not None
+    assert {len(row) for row in found.rows} == {len(found.columns)}
+    assert max(float(row[1]) for row in found.rows if row[1] is not None) == 12.0
+    assert [row[1] for row in found.rows if row[2] == "switch to PBCM"] == [None]
 
 
-def test_nothing_happened(tmp_path: Path) -> None:
+def test_a_calm_run_has_no_happenings(tmp_path: Path) -> None:
     calm = load(write_log(tmp_path / "run.mcap", "{duration_s: 1, fleet: {size: 4}}"))
     assert happenings(calm) == []
     assert timeline(calm) is None
 
 
-def test_a_collision_is_told(tmp_path: Path) -> None:
+def test_a_collision_is_listed(tmp_path: Path) -> None:
     brake = "vehicle: 1, at_s: 0.5, duration_s: 3, deceleration_mps2: 9"
     crash = f"{{duration_s: 3, fleet: {{size: 3, gap_m: 6}}, events: [{{{brake}}}]}}"
     found = happenings(load(write_log(tmp_path / "run.mcap", crash)))
@@ -108,7 +108,7 @@ def test_outages_are_listed_in_the_chapter_on_v2v(run: Run) -> None:
         ),
     ],
 )
-def test_outages_in_words(outage: str, sentence: str) -> None:
+def test_outages_are_described_in_words(outage: str, sentence: str) -> None:
     scenario = Scenario.model_validate_json(f'{{"channel": {{"outages": [{outage}]}}}}')
     assert sentences(impairments(scenario, 10.0), 10.0) == [sentence]
 
@@ -119,7 +119,9 @@ SPANS: Final = st.tuples(st.floats(0, 100), st.floats(0, 100)).map(sorted)
 
 
 @given(st.lists(SPANS, max_size=20), st.floats(0, 100))
-def test_united_spans_are_apart_and_cover_the_same(spans: list[list[float]], at: float) -> None:
+def test_united_spans_are_disjoint_and_cover_the_same_times(
+    spans: list[list[float]], at: float
+) -> None:
     found = united([(low, high) for low, high in spans])
     assert all(before[1] < after[0] for before, after in pairwise(found))
     assert any(low <= at <= high for low, high in found) == any(a <= at <= b for a, b in spans)
@@ -135,7 +137,7 @@ def labels(found: list[Happening], *, image: bool = False) -> set[str]:
 
 
 @pytest.mark.parametrize("image", [False, True])
-def test_what_lies_within_the_axis_is_marked(image: bool) -> None:
+def test_happenings_within_the_axis_are_marked(image: bool) -> None:
     inside = [
         Happening("brake", 12.0, 14.0, ""),
         Happening("outage", 0.0, 11.0, ""),
@@ -145,7 +147,7 @@ def test_what_lies_within_the_axis_is_marked(image: bool) -> None:
     outside = [
         Happening("outage", 2.0, 9.0, ""),
         Happening("switch", 0.0, 0.0, ""),
-        Happening("rule", 0.0, math.inf, ""),  # all of it: there is nothing to tell apart
+        Happening("rule", 0.0, math.inf, ""),  # the whole axis: a mark would show nothing
     ]
     assert labels(inside, image=image) == {"brake", "outage", "switch", "manoeuvre"}
     assert labels(outside, image=image) == set()

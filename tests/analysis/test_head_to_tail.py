@@ -1,4 +1,4 @@
-"""The gain from head to tail agrees with closed forms, with dense grids, and with a scenario."""
+"""The gain from head to tail agrees with closed forms, dense grids, and a scenario."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ def test_followers_multiply_the_gain_of_one(gains: Gains, size: int, delay_s: fl
     size=st.integers(3, 20),
     coupling=st.sampled_from([BCM, mbcm(weights_of("least-squares", 3))]),
 )
-def test_no_frequency_of_a_dense_grid_has_more(gains: Gains, size: int, coupling: Coupling) -> None:
+def test_no_frequency_of_a_dense_grid_has_a_larger_gain(
+    gains: Gains, size: int, coupling: Coupling
+) -> None:
     members = open_road([Member(coupling, gains, 0.1)] * size)
     if is_stable(members):
         omega = np.geomspace(1e-3, 30.0, 6000)
@@ -51,8 +53,8 @@ def test_no_frequency_of_a_dense_grid_has_more(gains: Gains, size: int, coupling
         assert head_to_tail(members).gain >= 0.9999 * max(1.0, largest)
 
 
-def test_a_string_of_a_scenario() -> None:
-    """FM, by hand: a wait of 50 ms, a system delay of 100 ms, and half a period of 100 ms."""
+def test_a_scenario_gives_its_string() -> None:
+    """FM by hand has a wait of 50 ms, a system delay of 100 ms, and half a period of 100 ms."""
     settings = ("road.type=open", "control.model=FM", "fleet.size=5")
     delays = ("control.v2v_wait_ms=50", "control.system_delay_ms=100", "period_ms=100")
     scenario = load("quickstart", (*settings, *delays, "control.gains.k_v=0.3")).scenario
@@ -72,7 +74,7 @@ def test_a_string_of_a_scenario() -> None:
         ("control.model=CACC", "no linear form"),
     ],
 )
-def test_a_scenario_without_theory_says_why(setting: str, why: str) -> None:
+def test_a_scenario_without_theory_is_refused_with_the_reason(setting: str, why: str) -> None:
     scenario = load("quickstart", ("road.type=open", setting)).scenario
     with pytest.raises(NoTheoryError, match=why):
         head_to_tail_gain(scenario)

@@ -1,4 +1,4 @@
-"""A run is loaded from its log: whole, up to a cut, or with a clear refusal."""
+"""A run is loaded from its log completely, up to a cut, or not at all, with a clear reason."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def whole(path: Path) -> Run:
 
 
 def decoded(log: Log, name: str) -> list[Any]:
-    """Messages of a topic, by protobuf itself."""
+    """Return the messages of a topic, decoded by protobuf itself."""
     kind = next(topic for topic in LOGGED if topic.logged_as == name)
     return [kind.decode(message.data) for message in log.of(name)]
 
 
-def test_a_table_is_what_protobuf_says(path: Path, whole: Run) -> None:
+def test_a_table_equals_what_protobuf_decodes(path: Path, whole: Run) -> None:
     log = read_log(path)
     for topic in (*FLEET, "/clock"):
         rows, table = decoded(log, topic), whole[topic]
@@ -66,7 +66,7 @@ def test_a_table_is_what_protobuf_says(path: Path, whole: Run) -> None:
             assert column.shape == expected.shape
 
 
-def test_frames_are_what_protobuf_says(path: Path, whole: Run) -> None:
+def test_frames_equal_what_protobuf_decodes(path: Path, whole: Run) -> None:
     rows = decoded(read_log(path), "/v2v/frames")
     for name, column in whole.frames.items():
         if name == "cycle":
@@ -78,7 +78,7 @@ def test_frames_are_what_protobuf_says(path: Path, whole: Run) -> None:
     assert whole.frames is whole["/v2v/frames"]
 
 
-def test_events_and_facts_are_those_of_the_log(path: Path, whole: Run) -> None:
+def test_events_and_metadata_equal_those_of_the_log(path: Path, whole: Run) -> None:
     log = read_log(path)
     assert whole.events == decoded(log, "/events")
     assert whole.result == log.result
@@ -153,9 +153,7 @@ def test_a_log_that_lacks_only_its_index_has_all_rows(path: Path, whole: Run) ->
         assert_begins(run[topic], whole[topic])
 
 
-def test_a_copy_that_was_filled_up_with_zeros_is_read_like_a_cut_one(
-    path: Path, whole: Run
-) -> None:
+def test_a_copy_padded_with_zeros_is_read_like_a_cut_log(path: Path, whole: Run) -> None:
     content, padded = path.read_bytes(), path.with_name("zeros.mcap")
     end = content.rindex(b"zenvoy.result", 0, len(content) // 2 * 2) - 13
     padded.write_bytes(content[:end] + bytes(len(content) - end))
@@ -165,7 +163,7 @@ def test_a_copy_that_was_filled_up_with_zeros_is_read_like_a_cut_one(
         assert_begins(run[topic], whole[topic])
 
 
-def test_a_chunk_with_a_wrong_byte_is_told(path: Path) -> None:
+def test_a_chunk_with_a_wrong_byte_is_reported(path: Path) -> None:
     content, wrong = bytearray(path.read_bytes()), path.with_name("wrong.mcap")
     content[content.index(b"zstd") + 200] ^= 0xFF
     wrong.write_bytes(content)
@@ -182,13 +180,13 @@ def test_a_chunk_with_a_wrong_byte_is_told(path: Path) -> None:
         (b"\x89MCAP0\r\n", "cut before the scenario"),
     ],
 )
-def test_what_is_no_log_is_refused(tmp_path: Path, content: bytes, says: str) -> None:
+def test_a_file_that_is_no_log_is_refused(tmp_path: Path, content: bytes, says: str) -> None:
     (tmp_path / "a.mcap").write_bytes(content)
     with pytest.raises(LogError, match=says):
         load(tmp_path / "a.mcap")
 
 
-def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_opened_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"missing\.mcap: No such file"):
         load(tmp_path / "missing.mcap")
     with pytest.raises(LogError, match="Is a directory"):
@@ -196,7 +194,7 @@ def test_what_cannot_be_opened_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ends", [True, False])
-def test_the_log_of_something_else_is_refused(tmp_path: Path, ends: bool) -> None:
+def test_a_log_of_another_program_is_refused(tmp_path: Path, ends: bool) -> None:
     other = tmp_path / "other.mcap"
     with other.open("wb") as file:
         writer = Writer(file)
@@ -214,7 +212,7 @@ def test_the_log_of_something_else_is_refused(tmp_path: Path, ends: bool) -> Non
 
 @pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.LZ4])
 @pytest.mark.parametrize("chunked", [True, False])
-def test_a_log_that_was_written_anew_by_another_tool_is_read(
+def test_a_log_rewritten_by_another_tool_is_read(
     path: Path, whole: Run, compression: CompressionType, chunked: bool
 ) -> None:
     anew = path.with_name("anew.mcap")

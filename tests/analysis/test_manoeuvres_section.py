@@ -1,4 +1,4 @@
-"""Reports compare gaps and speeds with the schedule, where it changes them."""
+"""Reports compare gaps and speeds with a schedule that changes them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ control:
 """
 
 
-def test_true_values_beside_the_desired_ones(tmp_path: Path) -> None:
+def test_true_values_are_shown_beside_the_desired_ones(tmp_path: Path) -> None:
     run = load(write_log(tmp_path / "run.mcap", SCENARIO))
     section = manoeuvres_section(run)
     assert section is not None
@@ -56,12 +56,12 @@ def test_true_values_beside_the_desired_ones(tmp_path: Path) -> None:
     assert (cells[3]["actual at the end of the change"], cells[3]["reached at, s"]) == (None, None)
     (picture,) = section.pictures
     assert drawn(picture).png
-    told = [(h.start_s, h.text) for h in happenings(run) if h.kind == "manoeuvre"]
-    assert told[0] == (5.0, "new targets of vehicle 3: desired gap 30 m")
+    found = [(h.start_s, h.text) for h in happenings(run) if h.kind == "manoeuvre"]
+    assert found[0] == (5.0, "new targets of vehicle 3: desired gap 30 m")
     assert [chapter.title for chapter in chapters(run)][:2] == ["Motion", "Manoeuvres"]
 
 
-def test_without_such_a_change_there_is_no_such_chapter(tmp_path: Path) -> None:
+def test_without_a_change_of_targets_there_is_no_chapter(tmp_path: Path) -> None:
     text = "duration_s: 3\ncontrol: {schedule: [{at_s: 1, model: FM}, {at_s: 9, desired_gap_m: 9}]}"
     run = load(write_log(tmp_path / "run.mcap", text))
     assert changes(run) == []

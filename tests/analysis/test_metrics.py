@@ -26,16 +26,16 @@ def test_gaps_of_the_ring_and_of_the_open_road() -> None:
     np.testing.assert_array_equal(gaps(POSITION, None), opened)
 
 
-def test_distances_are_means_of_three() -> None:
+def test_distances_are_means_of_three_gaps() -> None:
     ring = gaps(POSITION, 150.0)
     np.testing.assert_allclose(min_distance(ring), [20.0, 15.0])  # 10 20 30, 10 15 20
     np.testing.assert_allclose(max_distance(ring), [40.0, 125.0 / 3.0])  # 60 30 30, 85 20 20
-    opened = gaps(POSITION, None)  # without the first vehicle, who has no gap
+    opened = gaps(POSITION, None)  # without the first vehicle, which has no gap
     np.testing.assert_allclose(min_distance(opened), [20.0, 15.0])
     np.testing.assert_allclose(max_distance(opened), [80.0 / 3.0, 55.0 / 3.0])
 
 
-def test_distances_of_fewer_than_three_gaps() -> None:
+def test_distances_of_fewer_than_three_gaps_are_means_of_all() -> None:
     opened = gaps(POSITION[:, :3], None)
     np.testing.assert_allclose(min_distance(opened), [20.0, 17.5])
     np.testing.assert_allclose(max_distance(opened), [20.0, 17.5])
@@ -67,7 +67,7 @@ def test_fit_of_perfect_values_and_of_the_mean() -> None:
     assert mean.r2 == pytest.approx(0.0)
 
 
-def test_fit_takes_what_is_known() -> None:
+def test_fit_uses_known_values_only() -> None:
     nan = np.nan
     assert accuracy(np.array([nan, 1.0]), np.array([1.0, nan])) is None
     found = accuracy(
@@ -78,7 +78,7 @@ def test_fit_takes_what_is_known() -> None:
     assert found.r2 == pytest.approx(1.0 - 1.0 / 14.0)
 
 
-def test_r2_means_nothing_where_the_truth_does_not_vary() -> None:
+def test_r2_is_undefined_if_the_truth_does_not_vary() -> None:
     found = accuracy(np.array([29.0, 31.0]), np.array([30.0, 30.0]))
     assert found is not None
     assert found.rmse == 1.0
@@ -87,8 +87,8 @@ def test_r2_means_nothing_where_the_truth_does_not_vary() -> None:
     assert meaningful_r2(found.r2) is None
 
 
-def test_r2_below_0_has_no_meaning() -> None:
-    """Readings of 30 m/s are wrong by 3 %, and the fleet is nearly in steady motion."""
+def test_r2_below_0_is_left_out() -> None:
+    """Readings of 30 m/s have errors of 3 %, and the fleet is nearly in steady motion."""
     truth = np.array([30.0, 30.01, 29.99, 30.0])
     found = accuracy(truth + np.array([0.5, -0.6, 0.7, -0.4]), truth)
     assert found is not None

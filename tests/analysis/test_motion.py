@@ -1,4 +1,4 @@
-"""A motion against a step function kept instant by instant, and integrated by brute force."""
+"""A `Motion` agrees with a step function of single times, integrated by brute force."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from zenvoy.vehicles.motion import Motion
 
-UNIT_NS = 10_000_000  # every instant of these tests is a multiple of 10 ms
+UNIT_NS = 10_000_000  # every time in these tests is a multiple of 10 ms
 UNIT_S = 0.01
 FOREVER = 10**15
 
@@ -35,14 +35,14 @@ def taught(lessons: Sequence[Lesson], keep_ns: int = FOREVER) -> Motion:
 
 
 def value_at(lessons: Sequence[Lesson], t: int) -> float:
-    """The definition: of the newest lesson that says something of `t`, what it says."""
+    """Return the acceleration at `t` by definition: that of the newest lesson that covers `t`."""
     if not lessons:
         return 0.0
-    told = [lesson for lesson in lessons if lesson.start <= t]
-    if not told:  # before everything: as at the beginning
+    begun = [lesson for lesson in lessons if lesson.start <= t]
+    if not begun:  # before all lessons: as at the start of the first
         first = min(lesson.start for lesson in lessons)
         return value_at(lessons, first)
-    newest = told[-1]
+    newest = begun[-1]
     value = newest.reading
     for planned_from, planned in zip(newest.plan_from, newest.plan, strict=True):
         if max(planned_from, newest.end) <= t:
@@ -64,7 +64,7 @@ accelerations = st.floats(-5.0, 5.0)
 
 @st.composite
 def lesson_lists(draw: st.DrawFn) -> list[Lesson]:
-    """Readings in order of time, with gaps and overlaps, and plans that begin before or after."""
+    """Draw readings in order of time, with gaps and overlaps, and plans from before or after."""
     lessons, start = [], draw(st.integers(-20, 20))
     for _ in range(draw(st.integers(0, 6))):
         start += draw(st.integers(0, 15))
@@ -88,7 +88,7 @@ spans = st.tuples(st.integers(-40, 120), st.integers(0, 80)).map(lambda s: (s[0]
 
 @settings(deadline=None, max_examples=150)
 @given(lesson_lists(), spans)
-def test_integrates_what_it_was_taught(lessons: list[Lesson], span: tuple[int, int]) -> None:
+def test_a_motion_integrates_what_it_learns(lessons: list[Lesson], span: tuple[int, int]) -> None:
     t0, t1 = span
     motion = taught(lessons)
     dp, dv = brute(lessons, t0, t1)
@@ -100,7 +100,7 @@ def test_integrates_what_it_was_taught(lessons: list[Lesson], span: tuple[int, i
 
 @settings(deadline=None, max_examples=100)
 @given(lesson_lists(), st.integers(-40, 120))
-def test_steps_from_an_instant_tell_all_that_follows(lessons: list[Lesson], t: int) -> None:
+def test_steps_from_a_time_have_all_later_values(lessons: list[Lesson], t: int) -> None:
     times, values = taught(lessons).steps_from(t * UNIT_NS)
     assert times[0] == t * UNIT_NS
     assert times == sorted(times)
@@ -113,7 +113,7 @@ def test_steps_from_an_instant_tell_all_that_follows(lessons: list[Lesson], t: i
 
 @settings(deadline=None, max_examples=100)
 @given(lesson_lists().filter(bool), st.integers(0, 30), spans)
-def test_forgets_only_what_is_older_than_it_keeps(
+def test_a_motion_forgets_only_what_is_older_than_it_keeps(
     lessons: list[Lesson], keep: int, span: tuple[int, int]
 ) -> None:
     oldest = max(lesson.end for lesson in lessons) - keep
@@ -123,7 +123,7 @@ def test_forgets_only_what_is_older_than_it_keeps(
     assert pruned.steps_from(t0) == whole.steps_from(t0)
 
 
-def test_does_not_grow() -> None:
+def test_a_motion_does_not_grow() -> None:
     motion = Motion(keep_ns=50 * UNIT_NS)
     for k in range(10_000):
         motion.learn(10 * k * UNIT_NS, 10 * (k + 1) * UNIT_NS, float(k % 3), (), ())
@@ -132,23 +132,23 @@ def test_does_not_grow() -> None:
     assert motion.mean(99_960 * UNIT_NS, 99_970 * UNIT_NS) == 9_996 % 3
 
 
-def test_the_mean_over_what_was_read_is_the_reading_itself() -> None:
+def test_the_mean_over_a_reading_is_the_reading() -> None:
     motion = Motion(FOREVER)
     motion.learn(0, 100, 0.1, (50,), (3.0,))
     assert motion.mean(0, 100) == 0.1
 
 
-def test_a_later_lesson_replaces_a_plan_and_a_gap_is_bridged_by_it() -> None:
+def test_a_plan_bridges_a_gap_until_a_later_lesson_replaces_it() -> None:
     s = 1_000_000_000
     motion = Motion(FOREVER)
     motion.learn(0, s, 1.0, (s, 3 * s), (2.0, -1.0))
     assert motion.mean(s, 2 * s) == pytest.approx(2.0)
     motion.learn(2 * s, 3 * s, 0.5, (), ())
-    assert motion.mean(s, 2 * s) == pytest.approx(2.0)  # nothing was heard of it: as planned
+    assert motion.mean(s, 2 * s) == pytest.approx(2.0)  # no reading covers it: as planned
     assert motion.mean(3 * s, 9 * s) == pytest.approx(0.5)  # the plan is gone
 
 
-def test_knows_nothing_at_first_and_after_it_was_made_to_forget() -> None:
+def test_a_motion_is_empty_at_first_and_after_forget() -> None:
     motion = Motion(FOREVER)
     for a in (2.0, -4.0):
         assert motion.over(0, 10**9) == (0.0, 0.0)

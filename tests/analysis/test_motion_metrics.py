@@ -50,7 +50,7 @@ def test_the_mean_gap_of_the_ring_is_its_length_over_n(gap: Floats) -> None:
     """MinDistance ≤ mean gap ≤ MaxDistance holds on the ring and on the open road."""
     n = gap.shape[1]
     length = float(gap[0].sum())
-    gap = gap * (length / gap.sum(axis=1, keepdims=True))  # every row goes once round
+    gap = gap * (length / gap.sum(axis=1, keepdims=True))  # every row fills the ring
     position = 1000.0 - np.cumsum(gap, axis=1)
     ring = gaps(position, length)
     np.testing.assert_allclose(ring.mean(axis=1), length / n)
@@ -71,14 +71,14 @@ def test_error_bars_of_windows_by_hand() -> None:
     assert band.std.tolist() == [1.0, 1.0]
 
 
-def test_windows_at_the_end() -> None:
+def test_an_incomplete_window_at_the_end_counts_if_it_is_long_enough() -> None:
     time, values = np.arange(11.0), np.arange(11.0)[:, None]
     assert over_windows(time, values, 5.0)[0].tolist() == [2.5, 7.5]  # the row at 10 s alone: no
     assert over_windows(time, values, 4.0)[0].tolist() == [2.0, 6.0, 10.0]  # 8, 9, 10 s: yes
     assert over_windows(time, values, 100.0)[1].mean.tolist() == [5.0]
 
 
-def test_band_over_runs() -> None:
+def test_a_band_spans_several_runs() -> None:
     band = over_runs(np.array([[1.0, 5.0], [3.0, 5.0], [5.0, 5.0]]))
     assert band.mean.tolist() == [3.0, 5.0]
     assert band.std.tolist() == [2.0, 0.0]
@@ -87,7 +87,7 @@ def test_band_over_runs() -> None:
     assert np.isnan(alone.std).all()
 
 
-def test_spans_of_a_braking() -> None:
+def test_a_braking_has_its_spans() -> None:
     brakes = [Disturbance(2, start, end, "", "brake") for start, end in ((10, 12), (20, 21))]
     found = {span.name: span for span in spans(brakes, 100.0)}
     assert found == {
@@ -98,12 +98,12 @@ def test_spans_of_a_braking() -> None:
     assert [span.name for span in spans([], 100.0)] == ["end"]
 
 
-def test_nobody_brakes_in_a_trace() -> None:
+def test_a_trace_has_no_spans_of_braking() -> None:
     trace = Disturbance(1, 10.0, 30.0, "", "trace")
     assert [span.name for span in spans([trace], 100.0)] == ["before_disturbance", "dip", "end"]
 
 
-def test_distances_are_extremes_of_a_dip_and_means_otherwise() -> None:
+def test_distances_are_extremes_in_a_dip_and_means_otherwise() -> None:
     time = np.array([1.0, 2.0, 3.0, 4.0])
     low, high = np.array([9.0, 1.0, 2.0, 6.0]), np.array([10.0, 12.0, 20.0, 13.0])
     assert distances(Span("dip", 1.0, 3.0), time, low, high) == (1.0, 20.0)  # without the row at 1
@@ -111,7 +111,7 @@ def test_distances_are_extremes_of_a_dip_and_means_otherwise() -> None:
     assert distances(Span("end", 7.0, 9.0), time, low, high) is None
 
 
-def test_disturbances_are_those_of_the_log() -> None:
+def test_disturbances_equal_those_of_the_log() -> None:
     def event(kind: pb.EventKind.ValueType, time_s: int, vehicle: int) -> pb.Event:
         return pb.Event(kind=kind, time_ns=time_s * 10**9, vehicle=vehicle, text="x")
 
@@ -135,7 +135,7 @@ def test_disturbances_are_those_of_the_log() -> None:
 
 
 def test_time_to_collision_by_hand() -> None:
-    """Gaps between fronts are 25, 15 and 20 m; the second closes at 5 m/s, the first at 2 m/s."""
+    """Gaps between fronts are 25, 15 and 20 m. The second closes at 5 m/s, the first at 2 m/s."""
     gap = np.array([[25.0, 15.0, 20.0]])
     speed = np.array([[20.0, 25.0, 18.0]])
     ring = time_to_collision(gap, speed, 5.0, 60.0)
@@ -146,8 +146,8 @@ def test_time_to_collision_by_hand() -> None:
     assert time_to_collision(np.array([[4.9, 9.0]]), np.array([[3.0, 1.0]]), 5.0, 20.0)[0, 0] == 0.0
 
 
-def test_exposed_and_integrated_time_in_closed_form() -> None:
-    """A steady approach at 10 m/s from 60 m: below 4 s for 4 s, by half of it on average."""
+def test_exposed_and_integrated_times_agree_with_closed_forms() -> None:
+    """A steady approach at 10 m/s from 60 m is below 4 s for 4 s, by 2 s on average."""
     time = np.arange(0.0, 6.0, 1e-3)
     gap = np.stack([np.full(6000, np.nan), 5.0 + 60.0 - 10.0 * time], axis=1)
     speed = np.tile([20.0, 30.0], (6000, 1))
@@ -171,7 +171,7 @@ def test_exposure_grows_with_the_threshold(gap: Floats, speed: float, threshold:
     assert share_below(ttc, threshold) == pytest.approx(exposed / (0.1 * gap.size))
 
 
-def test_nobody_nears_in_an_even_flow() -> None:
+def test_nobody_approaches_in_an_even_flow() -> None:
     ttc = time_to_collision(np.full((3, 4), 37.5), np.full((3, 4), 30.0), 5.0, 150.0)
     assert np.isinf(ttc).all()
     assert smallest(ttc).tolist() == [math.inf] * 3
@@ -179,7 +179,7 @@ def test_nobody_nears_in_an_even_flow() -> None:
     assert share_below(np.full((2, 1), np.nan), 4.0) == 0.0
 
 
-def test_headway() -> None:
+def test_headway_by_hand() -> None:
     gap = np.array([[np.nan, 37.5, 20.0, 10.0]])
     found = time_headway(gap, np.array([[30.0, 30.0, 10.0, 0.0]]))
     np.testing.assert_allclose(found, [[np.nan, 1.25, 2.0, np.nan]])
@@ -188,7 +188,7 @@ def test_headway() -> None:
 # --- acceleration, flow -------------------------------------------------------------------------
 
 
-def test_spread_limit_rms_and_jerk() -> None:
+def test_spread_limit_rms_and_jerk_by_hand() -> None:
     assert speed_spread(np.array([[28.0, 32.0], [30.0, 30.0]])).tolist() == [2.0, 0.0]
     a = np.array([[3.0, -3.0, 2.9, 0.0]])
     assert share_at_limit(a, 3.0) == 0.5
@@ -196,8 +196,8 @@ def test_spread_limit_rms_and_jerk() -> None:
     np.testing.assert_allclose(jerk(np.array([[0.0], [0.3], [0.1]]), 0.1), [[3.0], [-2.0]])
 
 
-def test_rms_of_a_sine_and_of_its_jerk() -> None:
-    """A / √2, and A ω / √2."""
+def test_rms_of_a_sine_and_of_its_jerk_in_closed_form() -> None:
+    """They are A / √2 and A ω / √2."""
     time = np.arange(0.0, 2.0 * np.pi / 0.7 * 5.0, 1e-3)
     a = 1.3 * np.sin(0.7 * time)[:, None]
     assert rms(a) == pytest.approx(1.3 / math.sqrt(2.0), rel=1e-3)
@@ -211,7 +211,7 @@ def steady(n: int, gap_m: float, speed: float, seconds: float) -> tuple[Floats, 
 
 
 def test_an_even_flow_passes_v_over_gap_vehicles() -> None:
-    """30 m/s, 37.5 m: 0.8 vehicles/s, 2880 an hour, however it is counted."""
+    """30 m/s and 37.5 m give 0.8 vehicles/s, or 2880 per hour, by every count."""
     time, position = steady(40, 37.5, 30.0, 500.0)
     speed = np.full_like(position, 30.0)
     np.testing.assert_allclose(flow_by_density(position, speed, 1500.0), 2880.0)
@@ -221,7 +221,7 @@ def test_an_even_flow_passes_v_over_gap_vehicles() -> None:
     assert counted_flow(ring, 500.0) == 2880.0
     np.testing.assert_allclose(np.diff(ring), 1.25)
     road = crossings(time, position, float(position[0, 0]), None)
-    assert len(road) == 39  # those behind the first, who is there already
+    assert len(road) == 39  # those behind the first, which is there already
     assert counted_flow(road, None) == pytest.approx(2880.0)
 
 

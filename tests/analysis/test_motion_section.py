@@ -72,7 +72,7 @@ def check(section: Section) -> None:
         assert file.tell() > 2_000
 
 
-def test_says_of_distances_what_the_summary_says(ring: Run) -> None:
+def test_distances_equal_those_of_the_summary(ring: Run) -> None:
     section = motion_section(ring)
     check(section)
     summary = summarize(ring.log)
@@ -85,7 +85,7 @@ def test_says_of_distances_what_the_summary_says(ring: Run) -> None:
     assert figures(section)["smallest gap"] == summary["smallest_gap_m"]
 
 
-def test_figures_of_the_ring(ring: Run) -> None:
+def test_the_ring_has_its_figures(ring: Run) -> None:
     found = figures(motion_section(ring))
     assert found["collisions"] == 0
     assert found["flow, density × mean speed"] == pytest.approx(
@@ -97,7 +97,7 @@ def test_figures_of_the_ring(ring: Run) -> None:
     assert 7.0 < found["fuel"] < 9.0
 
 
-def test_snapshots_are_those_of_the_run(ring: Run) -> None:
+def test_snapshots_equal_the_run(ring: Run) -> None:
     section = motion_section(ring)
     assert [row[0] for row in section.sheets[1].rows] == [12.0, 13.0, 14.0, 17.0, 22.0]
     assert section.sheets[1].title == "Speeds at instants from the first disturbance on"
@@ -105,7 +105,7 @@ def test_snapshots_are_those_of_the_run(ring: Run) -> None:
     assert summarize(ring.log)["speed_spread_at_100_s_mps"] is None
 
 
-def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:
+def test_the_papers_snapshot_times_are_for_its_cases_only(ring: Run) -> None:
     paper = replace(ring, name="paper/case-15")
     section = motion_section(paper)
     assert [row[0] for row in section.sheets[1].rows] == [9.0, 30.0]
@@ -114,7 +114,7 @@ def test_the_papers_instants_are_for_the_papers_cases(ring: Run) -> None:
     assert instants(paper) == [(9.0, 90), (30.0, 300)]
 
 
-def test_two_vehicles_on_the_open_road(tmp_path: Path) -> None:
+def test_two_vehicles_on_the_open_road_have_their_figures(tmp_path: Path) -> None:
     section = motion_section(made(tmp_path, OPEN_PAIR))
     check(section)
     assert [sheet.name for sheet in section.sheets] == [
@@ -125,10 +125,10 @@ def test_two_vehicles_on_the_open_road(tmp_path: Path) -> None:
     assert section.notes[0].startswith("No vehicle was disturbed")
     found = figures(section)
     assert found["smallest gap"] == pytest.approx(37.5, abs=1.0)
-    assert found["flow, counted at a point"] is None  # the one behind, alone
+    assert found["flow, counted at a point"] is None  # only the vehicle behind passes
 
 
-def test_a_crash(tmp_path: Path) -> None:
+def test_a_crash_has_its_figures(tmp_path: Path) -> None:
     section = motion_section(made(tmp_path, CRASH))
     check(section)
     found = figures(section)
@@ -138,7 +138,7 @@ def test_a_crash(tmp_path: Path) -> None:
     assert found["time to collision below 1.5 s, integrated (TIT)"] > 0.0
 
 
-def test_runs_that_hardly_began(tmp_path: Path) -> None:
+def test_runs_of_few_cycles_have_a_chapter(tmp_path: Path) -> None:
     run = made(tmp_path, OPEN_PAIR, until_cycle=2)
     assert len(run.time_s) == 3
     check(motion_section(run))
@@ -149,7 +149,7 @@ def test_runs_that_hardly_began(tmp_path: Path) -> None:
     assert not section.pictures
 
 
-def test_pieces_break_at_the_seam() -> None:
+def test_pieces_of_a_line_break_at_the_seam() -> None:
     position = np.array([[80.0, 10.0], [110.0, 40.0]])
     pieces, speed = pieces_of(np.array([0.0, 1.0]), position, np.array([[20.0, 30.0]] * 2), 100.0)
     expected = [[[0, 80], [1, 110]], [[0, 10], [1, 40]], [[0, -20], [1, 10]]]

@@ -48,12 +48,12 @@ def test_a_console_shows_a_text_as_it_is(
     assert text.count(NASTY) == 4
 
 
-def test_a_terminal_is_told_nothing_that_it_would_obey(capsys: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_do_not_reach_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     terminal.console.print("a\x1b[31mb\x07\x9bc\x7fd")
     assert capsys.readouterr().out == "a␛[31mb\ufffdc␡d\n"
 
 
-def test_a_run_is_told_by_its_name(tmp_path: Path) -> None:
+def test_output_of_a_run_shows_its_name(tmp_path: Path) -> None:
     (tmp_path / f"{NASTY}.yaml").write_text(SHORT)
     outcome = zenvoy(tmp_path, "check", f"{NASTY}.yaml")
     assert outcome == Outcome(0, f"{NASTY}: valid; 3 vehicles, 1 s\nruns on arrays\n", "")
@@ -67,7 +67,7 @@ def test_a_run_is_told_by_its_name(tmp_path: Path) -> None:
     assert (outcome.code, outcome.err.startswith("[red]x: ")) == (2, True)
 
 
-def test_progress_is_told_by_its_name(tmp_path: Path) -> None:
+def test_progress_shows_the_name(tmp_path: Path) -> None:
     (tmp_path / "s[b]\x1b[31m.yaml").write_text("{duration_s: 100000, fleet: {size: 3}}")
     master, slave = pty.openpty()
     shown = b""
@@ -87,7 +87,7 @@ def test_progress_is_told_by_its_name(tmp_path: Path) -> None:
         os.close(master)
 
 
-def test_a_comparison_takes_names_as_they_are(tmp_path: Path) -> None:
+def test_a_comparison_shows_names_as_they_are(tmp_path: Path) -> None:
     labels = ['=HYPERLINK("x","y")', f"{NASTY}\x1b\udcff"]
     logs = [write_log(tmp_path / f"={number}.mcap", SHORT) for number in (1, 2)]
     out = tmp_path / "out"
@@ -107,7 +107,7 @@ def test_a_comparison_takes_names_as_they_are(tmp_path: Path) -> None:
 
 
 def cells_of(table: bytes) -> list[str]:
-    """All cells of a CSV as texts."""
+    """Return all cells of a CSV as texts."""
     return [cell for row in csv.reader(StringIO(table.decode(), newline="")) for cell in row]
 
 
@@ -121,7 +121,7 @@ def test_a_formula_is_made_harmless(text: str) -> None:
 
 
 @given(st.text(max_size=12))
-def test_no_text_in_a_csv_begins_as_a_formula(text: str) -> None:
+def test_no_text_in_a_csv_begins_like_a_formula(text: str) -> None:
     cell = str(harmless(text))
     assert len(cell) - len(text) == cell.count("'") - text.count("'")
     for part in cell.replace("\t", ";").replace("\n", ";").replace("\r", ";").split(";"):

@@ -12,7 +12,9 @@ from tests.conftest import zenvoy
 DOCUMENT = Path(__file__).parents[2] / "docs" / "notebook.md"
 
 
-def test_the_examples_give_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_examples_give_the_shown_output(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "runs/q", "--bus", "in-process")
     assert outcome.code == 0, outcome.err
     monkeypatch.chdir(tmp_path)

@@ -59,7 +59,7 @@ def pictures() -> dict[str, Drawn]:
     return {"line": drawn(LINE)}
 
 
-def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
+def test_a_page_has_all_its_parts(pictures: dict[str, Drawn]) -> None:
     page = read(render(PAGE, pictures))
     assert page.texts("h1") == page.texts("title") == ["paper/case-15, seed 1"]
     assert page.texts("h2") == ["Read this first", "Contents", "Motion", "Empty"]
@@ -75,13 +75,13 @@ def test_a_page_holds_all_it_is_given(pictures: dict[str, Drawn]) -> None:
     assert set(page.texts("p")) >= {"No braking.", "Of two vehicles.", "zenvoy analyze run.mcap"}
 
 
-def test_notes_come_before_anything_else(pictures: dict[str, Drawn]) -> None:
+def test_notes_come_first(pictures: dict[str, Drawn]) -> None:
     html = render(PAGE, pictures)
     assert html.index("the log is cut") < html.index("how it ended") < html.index("Table 1")
     assert "Read this first" not in render(replace(PAGE, notes=()), pictures)
 
 
-def test_numbers_stand_at_the_right(pictures: dict[str, Drawn]) -> None:
+def test_numbers_are_right_aligned(pictures: dict[str, Drawn]) -> None:
     html = render(PAGE, pictures)
     assert '<th scope="col" class="n">gap, m</th>' in html
     assert '<td class="n">36.03</td>' in html
@@ -134,7 +134,7 @@ def test_a_long_table_says_where_the_rest_is() -> None:
     ]
 
 
-def test_names_that_would_fall_together_are_refused(pictures: dict[str, Drawn]) -> None:
+def test_names_that_would_collide_are_refused(pictures: dict[str, Drawn]) -> None:
     for twice in (Section(title="s", sheets=(SHEET,)), Section(title="s", pictures=(LINE,))):
         with pytest.raises(ValueError, match=r"more than one has the name (gaps|line)"):
             render(replace(PAGE, sections=(SECTION, twice)), pictures)
@@ -147,8 +147,8 @@ def test_equal_data_give_equal_bytes(pictures: dict[str, Drawn]) -> None:
     assert not re.search(rb"20\d\d-\d\d-\d\d", pictures["line"].svg)
 
 
-def test_what_the_font_has_not_is_no_reason_to_warn() -> None:
-    """Warnings are errors here; and dollars are dollars."""
+def test_characters_that_the_font_lacks_cause_no_warning() -> None:
+    """Warnings are errors here, and dollars are shown as dollars."""
 
     def named() -> Figure:
         figure, axes = style.subplots(height_in=1.5)
@@ -168,8 +168,8 @@ def test_a_bad_page_would_be_found(html: str) -> None:
         read(html)
 
 
-def test_texts_fold_and_none_is_cut_off(pictures: dict[str, Drawn]) -> None:
-    """A fingerprint may break within; nothing but a number is kept on one line."""
+def test_texts_wrap_and_none_is_cut_off(pictures: dict[str, Drawn]) -> None:
+    """A fingerprint may break anywhere, and only numbers stay on one line."""
     sheet = Sheet(name="s", title="S", columns=("run", "fingerprint"), rows=(("a", "0" * 16),))
     html = render(replace(PAGE, sections=(replace(SECTION, sheets=(sheet,)),)), pictures)
     assert '<td class="b">0000000000000000</td>' in html

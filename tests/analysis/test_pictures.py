@@ -75,7 +75,7 @@ def drawn_as_saved(picture: Picture) -> Figure:
 
 def covered(figure: Figure) -> list[Any]:
     """Return the axes on which a legend covers something."""
-    canvas: Any = figure.canvas  # the one that was set
+    canvas: Any = figure.canvas  # the one that the picture sets
     renderer = canvas.get_renderer()
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]
     boxes = [legend.get_window_extent(renderer) for legend in legends if legend is not None]
@@ -131,7 +131,7 @@ def test_every_axis_of_time_shows_an_outage(runs: list[Labelled]) -> None:
 
 
 def _is_of_time(figure: Figure, axes: Any) -> bool:
-    """Whether time runs along the x-axis, which may be labelled below another one of a column."""
+    """Return whether the x-axis is time. Its label may be below another axis of the column."""
     if not axes.get_subplotspec() or axes.get_label() == "<colorbar>":
         return False
     shared = axes.get_shared_x_axes().get_siblings(axes)
@@ -139,7 +139,7 @@ def _is_of_time(figure: Figure, axes: Any) -> bool:
     return "time, s" in {supxlabel, *(one.get_xlabel() for one in shared)}
 
 
-def test_names_of_files_are_of_one_style(runs: list[Labelled]) -> None:
+def test_names_of_files_have_one_style(runs: list[Labelled]) -> None:
     for _, run in runs:
         for section in sections_of(run):
             names = [sheet.name for sheet in section.sheets]
@@ -147,7 +147,7 @@ def test_names_of_files_are_of_one_style(runs: list[Labelled]) -> None:
                 assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", name), name
 
 
-def test_what_a_long_tail_would_squeeze_is_on_a_logarithmic_axis(
+def test_data_with_a_long_tail_are_on_a_logarithmic_axis(
     runs: list[Labelled], tmp_path: Path
 ) -> None:
     dead = """{duration_s: 20, fleet: {size: 4}, channel: {loss: {p: 0.1}, outages:

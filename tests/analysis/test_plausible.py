@@ -12,6 +12,6 @@ def test_a_command_that_never_came_in_real_time_is_no_damage() -> None:
     assert fleet_fault("/fleet/command", table, 2) is None
 
 
-def test_a_truth_that_is_missing_is_damage() -> None:
+def test_a_missing_truth_is_damage() -> None:
     table = {"speed": np.array([[30.0, np.nan]])}
     assert fleet_fault("/fleet/truth", table, 2) == "speed holds a number that no run can produce"

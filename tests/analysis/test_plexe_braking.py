@@ -31,9 +31,7 @@ def sheet(sections: tuple[Section, ...], name: str) -> Sheet:
     return next(sheet for section in sections for sheet in section.sheets if sheet.name == name)
 
 
-def test_every_dip_is_when_the_true_speed_is_lowest(
-    run: Run, sections: tuple[Section, ...]
-) -> None:
+def test_every_dip_is_at_the_lowest_true_speed(run: Run, sections: tuple[Section, ...]) -> None:
     """Vehicles 4 and 5 are slowest in the same cycle, and 8 after a long, flat dip."""
     lowest_s = run.time_s[run.truth["speed"].argmin(axis=0)]
     assert lowest_s.round(1).tolist() == [15.0, 15.2, 15.3, 15.5, 15.5, 15.7, 15.9, 16.9]
@@ -44,7 +42,7 @@ def test_every_dip_is_when_the_true_speed_is_lowest(
     assert found[0] == 15.0  # the end of the braking, to the row
 
 
-def test_which_way_the_dip_goes_is_said_in_words(sections: tuple[Section, ...]) -> None:
+def test_the_direction_of_the_dip_is_described_in_words(sections: tuple[Section, ...]) -> None:
     rows = {row[0]: row for row in sheet(sections, "stability-figures").rows}
     against = rows["dip backwards, speed over the road, against the traffic"]
     assert isinstance(against[2], float)
@@ -54,7 +52,7 @@ def test_which_way_the_dip_goes_is_said_in_words(sections: tuple[Section, ...]) 
             assert all(cell is None or float(cell) >= 0.0 for cell in row[2:]), row
 
 
-def test_nothing_on_the_page_is_a_row_or_column_of_dashes_alone(
+def test_no_row_or_column_of_the_page_has_only_dashes(
     sections: tuple[Section, ...],
 ) -> None:
     bare = tuple(Section(title=section.title, sheets=section.sheets) for section in sections)

@@ -69,7 +69,9 @@ def test_the_chapters_come_in_their_order(page: Read) -> None:
     assert page.texts("h2") == ["Contents", *chapters]
 
 
-def test_every_picture_and_table_is_left_in_every_form(left: dict[str, bytes], page: Read) -> None:
+def test_every_picture_and_table_is_written_in_every_form(
+    left: dict[str, bytes], page: Read
+) -> None:
     figures = {name.removeprefix("figure-") for name in page.all("figure", "id")}
     tables = {name.removeprefix("table-") for name in page.all("div", "id")}
     assert {"overview"} <= figures
@@ -82,7 +84,7 @@ def test_every_picture_and_table_is_left_in_every_form(left: dict[str, bytes], p
         assert root.tag.endswith("svg")
 
 
-def test_the_summary_is_that_of_the_log(folder: Path, left: dict[str, bytes]) -> None:
+def test_the_summary_equals_that_of_the_log(folder: Path, left: dict[str, bytes]) -> None:
     rows = list(csv.reader(left["summary.csv"].decode().splitlines()))
     assert rows[0] == ["figure", "unit", "value"]
     expected = merits(summarize(folder / "_a$b$.mcap"))
@@ -91,7 +93,7 @@ def test_the_summary_is_that_of_the_log(folder: Path, left: dict[str, bytes]) ->
     assert {"smallest gap", "MinDistance, dip", "RMSE of the estimated gap"} <= {r[0] for r in rows}
 
 
-def test_the_report_says_what_was_run_and_how(page: Read, folder: Path) -> None:
+def test_the_report_describes_the_run(page: Read, folder: Path) -> None:
     run = load(folder / "_a$b$.mcap")
     assert page.texts("h1") == ["_a$b$, seed 5"]
     facts = dict(zip(page.texts("dt"), page.texts("dd"), strict=True))
@@ -104,7 +106,7 @@ def test_the_report_says_what_was_run_and_how(page: Read, folder: Path) -> None:
     assert "zenvoy analyze _a$b$.mcap" in page.texts("p")[-1]
 
 
-def test_the_scenario_on_the_page_is_the_one_that_was_run(
+def test_the_scenario_on_the_page_is_that_of_the_run(
     page: Read, folder: Path, tmp_path: Path
 ) -> None:
     (tmp_path / "again.yaml").write_text("".join(page.text["pre"]))
@@ -112,7 +114,7 @@ def test_the_scenario_on_the_page_is_the_one_that_was_run(
     assert again.scenario == load(folder / "_a$b$.mcap").scenario
 
 
-def test_the_report_needs_nothing_and_gives_nothing_away(
+def test_the_report_is_self_contained_and_discloses_nothing(
     left: dict[str, bytes], page: Read, folder: Path
 ) -> None:
     """It has no script from a description, no address, and no path of this machine."""
@@ -135,7 +137,7 @@ def test_the_same_log_gives_the_same_files(
     assert {path.name: path.read_bytes() for path in (tmp_path / "elsewhere").iterdir()} == left
 
 
-def test_the_terminal_tells_it_within_its_width(outcome: Outcome) -> None:
+def test_the_output_fits_the_width_of_the_terminal(outcome: Outcome) -> None:
     lines = outcome.out.splitlines()
     assert max(map(len, lines)) <= 80
     assert "…" not in outcome.out
@@ -151,7 +153,9 @@ def test_the_terminal_tells_it_within_its_width(outcome: Outcome) -> None:
         ("vehicle-03", "process vehicle-03 was lost at 5 s"),
     ],
 )
-def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, message: str) -> None:
+def test_the_report_of_a_run_that_ended_early_begins_with_a_note(
+    tmp_path: Path, lost: str, message: str
+) -> None:
     write_log(tmp_path / "run.mcap", SCENARIO, until_cycle=50, lost=lost)
     outcome = zenvoy(tmp_path, "analyze", "run.mcap")
     assert outcome.code == 0
@@ -162,7 +166,7 @@ def test_a_run_that_ended_early_says_so_first(tmp_path: Path, lost: str, message
     assert html.index("Read this first") < html.index("fingerprint")
 
 
-def test_a_log_that_is_cut_is_told_up_to_the_cut(tmp_path: Path) -> None:
+def test_a_cut_log_is_analysed_up_to_the_cut(tmp_path: Path) -> None:
     whole = write_log(tmp_path / "run.mcap", "{duration_s: 6}").read_bytes()  # several chunks
     (tmp_path / "run.mcap").write_bytes(whole[: int(0.7 * len(whole))])
     outcome = zenvoy(tmp_path, "analyze", "run.mcap")
@@ -179,7 +183,7 @@ def test_a_log_that_is_cut_is_told_up_to_the_cut(tmp_path: Path) -> None:
     assert facts["duration"] == f"{matched[1]} s of 6 s, in cycles of 100 ms"
 
 
-def test_a_log_that_is_cut_before_its_first_cycle_is_refused(folder: Path, tmp_path: Path) -> None:
+def test_a_log_cut_before_its_first_cycle_is_refused(folder: Path, tmp_path: Path) -> None:
     with (folder / "_a$b$.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
         assert summary is not None
@@ -202,7 +206,7 @@ def test_a_run_without_a_cycle_is_refused(folder: Path, tmp_path: Path, of: str)
     assert not (tmp_path / "out").exists()
 
 
-def test_a_run_of_two_cycles_is_told(tmp_path: Path) -> None:
+def test_a_run_of_two_cycles_is_analysed(tmp_path: Path) -> None:
     write_log(tmp_path / "run.mcap", SCENARIO, until_cycle=2)
     outcome = zenvoy(tmp_path, "analyze", "run.mcap")
     assert outcome.code == 0, outcome.err
@@ -226,15 +230,15 @@ def test_a_file_in_place_of_the_folder_is_refused(folder: Path, tmp_path: Path) 
     assert (tmp_path / "out").read_text() == "precious"
 
 
-def test_models_are_told_with_their_times_and_numbers() -> None:
-    def told(text: str) -> str:
+def test_models_are_named_with_their_times_and_numbers() -> None:
+    def named(text: str) -> str:
         return models(Scenario.model_validate_json(text))
 
-    assert told("{}") == "PBCM"
+    assert named("{}") == "PBCM"
     switch = '"schedule": [{"at_s": 10, "model": "FM"}, {"at_s": 20, "model": "BCM"}]'
-    assert told(f'{{"control": {{"model": "FM", {switch}}}}}') == "FM, BCM from 20 s"
+    assert named(f'{{"control": {{"model": "FM", {switch}}}}}') == "FM, BCM from 20 s"
     group = '"groups": [{"name": "new", "vehicles": "1, 4", "model": "CACC"}]'
-    assert told(f'{{"fleet": {{"size": 6, {group}}}}}') == "PBCM (4 vehicles); CACC (2 vehicles)"
+    assert named(f'{{"fleet": {{"size": 6, {group}}}}}') == "PBCM (4 vehicles); CACC (2 vehicles)"
 
 
 def test_notes_become_sentences(folder: Path) -> None:

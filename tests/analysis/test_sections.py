@@ -31,7 +31,7 @@ def printed(section: Section, width: int) -> str:
 
 
 @pytest.mark.parametrize("width", [200, 80, 60])
-def test_every_number_is_told_at_any_width(width: int) -> None:
+def test_every_number_is_printed_at_any_width(width: int) -> None:
     text = printed(Section(title="Chapter", sheets=(WIDE,), notes=("A note.",)), width)
     lines = text.splitlines()
     assert max(map(len, lines)) <= width
@@ -45,14 +45,14 @@ def test_every_number_is_told_at_any_width(width: int) -> None:
     assert "[b]that[/b]" in words
 
 
-def test_a_table_that_is_too_wide_says_anew_what_its_rows_are() -> None:
+def test_a_table_that_is_too_wide_repeats_the_names_of_its_rows() -> None:
     lines = printed(Section(title="C", sheets=(WIDE,)), 80).splitlines()
     heads = sum(line.startswith("figure ") for line in lines)
     assert heads > 1
     assert sum(line.startswith("smallest gap") for line in lines) == heads
 
 
-def test_titles_are_told_whole() -> None:
+def test_titles_are_printed_in_full() -> None:
     titles = tuple(f"share of {word} that are late, %" for word in ("beacons", "commands", "all"))
     rows = tuple((number, 1.5, 2.5, 3.5) for number in range(3))
     sheet = Sheet(name="s", title="S.", columns=("vehicle", *titles), rows=rows)
@@ -74,12 +74,12 @@ def test_a_long_table_says_where_the_rest_is() -> None:
     assert f" {MAX_ROWS + 1} " not in text
 
 
-def test_a_table_of_nothing_is_a_head_alone() -> None:
+def test_an_empty_table_has_only_its_head() -> None:
     sheet = Sheet(name="none", title="None.", columns=("vehicle", "x, m"), rows=())
     assert "vehicle" in printed(Section(title="C", sheets=(sheet,)), 80)
 
 
-def test_rows_and_columns_of_nothing_are_left_out() -> None:
+def test_empty_rows_and_columns_are_left_out() -> None:
     sheet = Sheet(
         name="s",
         title="S",

@@ -1,4 +1,4 @@
-"""Gains, waves and modes are measured correctly for motions where they are known."""
+"""Gains, waves and modes are measured correctly for motions in which they are known."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def test_norms_by_hand() -> None:
 
 
 @given(st.floats(0.1, 3.0), st.floats(0.01, 2.0))
-def test_norms_of_what_decays(size: float, rate: float) -> None:
-    """∫ (A e^(-rt))² dt = A² / 2r."""
+def test_norms_of_a_decay(size: float, rate: float) -> None:
+    """The integral of (A e^(-rt))² is A² / 2r."""
     time = np.arange(0.0, 12.0 / rate, 1e-3 / rate)
     found = norms(size * np.exp(-rate * time)[:, None], 1e-3 / rate)
     assert found.l2[0] == pytest.approx(size / math.sqrt(2.0 * rate), rel=2e-3)
@@ -49,7 +49,7 @@ def bumps(time: Floats, at: list[float], depth: list[float]) -> Floats:
     return np.array(rows).T
 
 
-def test_follows_a_dip_and_measures_its_speed() -> None:
+def test_a_dip_is_followed_and_its_speed_is_measured() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     at = [3.0, 5.02, 7.04, 9.06, 11.08, 13.1]
     deviation = bumps(time, at, [5.0, 4.0, 3.0, 2.0, 1.0, 0.2])
@@ -59,8 +59,8 @@ def test_follows_a_dip_and_measures_its_speed() -> None:
     assert wave_speed(found) == pytest.approx(1.0 / 2.02, rel=2e-3)
 
 
-def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
-    """Under CACC vehicles hear of a braking at once, and the wave has no order."""
+def test_dips_may_be_at_or_before_that_of_the_vehicle_ahead() -> None:
+    """Under CACC all vehicles hear of a braking at once, so the wave has no order."""
     time = np.arange(0.0, 30.0, 0.1)
     at = [5.0, 5.6, 5.6, 5.3, 6.4]
     found = arrivals(time, bumps(time, at, [4.0] * 5), np.arange(5), 0.5, 10.0)
@@ -68,7 +68,7 @@ def test_dips_in_the_same_cycle_or_before_that_of_the_vehicle_ahead() -> None:
     np.testing.assert_allclose(found.time_s, at, atol=2e-3)
 
 
-def test_a_wave_is_lost_after_two_without_a_dip() -> None:
+def test_a_wave_is_lost_after_two_vehicles_without_a_dip() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     deviation = bumps(time, [5.0, 6.0, 7.0, 8.0, 9.0, 30.0], [4.0] * 6)
     deviation[:, 2:5] = -0.2 * time[:, None]
@@ -76,7 +76,7 @@ def test_a_wave_is_lost_after_two_without_a_dip() -> None:
     assert found.steps.tolist() == [0, 1]
 
 
-def test_dips_that_are_in_no_order_have_no_speed() -> None:
+def test_dips_without_order_have_no_speed() -> None:
     """For noise, a line through the arrivals would give hundreds of metres per second."""
     behind = np.arange(5)
     assert wave_speed(Arrivals(behind, np.array([12.0, 13.8, 13.5, 13.0, 14.2]))) is None
@@ -85,23 +85,23 @@ def test_dips_that_are_in_no_order_have_no_speed() -> None:
     assert in_line == pytest.approx(1.75, rel=0.01)
 
 
-def test_one_without_a_dip_does_not_hide_those_behind_it() -> None:
+def test_a_vehicle_without_a_dip_does_not_hide_those_behind_it() -> None:
     time = np.arange(0.0, 30.0, 0.1)
     deviation = bumps(time, [5.0, 6.0, 7.0, 8.0], [4.0] * 4)
-    deviation[:, 2] = -0.2 * time  # slower and slower
+    deviation[:, 2] = -0.2 * time  # ever slower
     found = arrivals(time, deviation, np.arange(4), 0.5, 5.0)
     assert found.steps.tolist() == [0, 1, 3]
     np.testing.assert_allclose(found.time_s, [5.0, 6.0, 8.0], atol=2e-3)
 
 
-def test_a_dip_that_becomes_a_plateau_is_where_it_begins() -> None:
+def test_a_dip_with_a_plateau_is_at_its_begin() -> None:
     time = np.arange(0.0, 10.0, 0.1)
     deviation = np.maximum(-2.0 * (time - 1.0).clip(0.0), -4.0)[:, None]
     found = arrivals(time, deviation, np.array([0]), 0.5, 20.0)
     assert found.time_s.tolist() == pytest.approx([3.0])
 
 
-def test_keeps_to_the_wave_that_comes_first() -> None:
+def test_the_first_wave_is_followed() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     deviation = bumps(time, [3.0, 5.0, 7.0, 9.0], [5.0, 4.0, 3.0, 2.0])
     deviation[:, 1:] += bumps(time, [40.0] * 3, [9.0] * 3)  # another, deeper one, later
@@ -111,7 +111,7 @@ def test_keeps_to_the_wave_that_comes_first() -> None:
     np.testing.assert_allclose(backwards.time_s, found.time_s)
 
 
-def test_a_speed_needs_three_that_were_reached() -> None:
+def test_a_speed_needs_three_vehicles() -> None:
     assert wave_speed(Arrivals(np.arange(3), np.array([0.0, 1.0, 2.0]))) is None
     assert wave_speed(Arrivals(np.arange(4), np.array([9.0, 4.0, 6.0, 8.0]))) == pytest.approx(0.5)
     assert wave_speed(Arrivals(np.arange(4), np.array([1.0, 1.0, 1.0, 1.0]))) is None
@@ -122,7 +122,7 @@ def test_a_speed_needs_three_that_were_reached() -> None:
 
 @pytest.mark.parametrize("returns", [True, False])
 def test_the_response_of_a_vehicle_under_fm(returns: bool) -> None:
-    """To a pulse of acceleration after which the speed comes back, or does not."""
+    """The input is a pulse of acceleration after which the speed returns, or does not."""
     g = Gains()
     dt, steps = 0.05, 8000
     time = np.arange(steps) * dt
@@ -144,9 +144,9 @@ def test_the_response_of_a_vehicle_under_fm(returns: bool) -> None:
     np.testing.assert_allclose(np.abs(found.ratio), np.abs(theory), rtol=0.02)
 
 
-def test_has_no_response_where_the_head_is_not_excited() -> None:
+def test_there_is_no_response_at_frequencies_that_the_head_lacks() -> None:
     time = np.arange(0.0, 100.0, 0.1)
-    head = np.sin(2.0 * np.pi * 0.2 * time)  # 20 whole swings
+    head = np.sin(2.0 * np.pi * 0.2 * time)  # 20 whole periods
     found = response(head, 2.0 * head, 0.1, 0.1)
     np.testing.assert_allclose(found.omega, [2.0 * np.pi * 0.2])
     np.testing.assert_allclose(found.ratio, [2.0])
@@ -155,7 +155,7 @@ def test_has_no_response_where_the_head_is_not_excited() -> None:
 # --- modes --------------------------------------------------------------------------------------
 
 
-def test_amplitude_of_a_mode() -> None:
+def test_amplitude_of_a_mode_by_hand() -> None:
     n, length = 12, 360.0
     vehicle = np.arange(n)
     even = 1000.0 - vehicle * 30.0
@@ -171,10 +171,10 @@ complexes = st.complex_numbers(min_magnitude=0.3, max_magnitude=1.0)
 
 @settings(deadline=None)
 @given(st.floats(-0.15, 0.05), st.floats(0.1, 0.6), complexes, complexes)
-def test_finds_the_exponents_of_a_standing_wave(
+def test_exponents_of_a_standing_wave_are_found(
     rate: float, omega: float, a: complex, b: complex
 ) -> None:
-    """A e^(st) + B e^(s*t): its magnitude swings, and yet the rate is found."""
+    """The magnitude of A e^(st) + B e^(s*t) oscillates, and the rate is still found."""
     time = np.arange(0.0, 40.0, 0.1)
     swing = a * np.exp((rate + 1j * omega) * time) + b * np.exp((rate - 1j * omega) * time)
     found = decay(swing, 0.1)
@@ -184,14 +184,14 @@ def test_finds_the_exponents_of_a_standing_wave(
     assert found.r2 == pytest.approx(1.0)
 
 
-def test_of_two_that_creep_the_slower_counts() -> None:
+def test_the_slower_of_two_real_exponents_counts() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     found = decay((2.0 * np.exp(-0.3 * time) - np.exp(-0.05 * time)).astype(np.complex128), 0.1)
     assert found is not None
     assert (found.rate, found.omega) == pytest.approx((-0.05, 0.0), abs=1e-6)
 
 
-def test_exponents_in_noise() -> None:
+def test_exponents_are_found_in_noise() -> None:
     draw = np.random.default_rng(3)
     time = np.arange(0.0, 60.0, 0.1)
     swing = np.exp((-0.03 + 0.2j) * time) + 0.6 * np.exp((-0.03 - 0.2j) * time)
@@ -203,12 +203,12 @@ def test_exponents_in_noise() -> None:
     assert found.r2 > 0.95
 
 
-def test_no_exponents_of_nothing() -> None:
+def test_zeros_have_no_exponents() -> None:
     assert decay(np.zeros(100, dtype=np.complex128), 0.1) is None
     assert decay(np.ones(5, dtype=np.complex128), 0.1) is None
 
 
-def test_lasts_until_it_has_fallen_for_good() -> None:
+def test_a_decay_lasts_until_it_stays_small() -> None:
     time = np.arange(0.0, 100.0, 0.1)
     swing = np.exp(-0.1 * time) * np.cos(0.5 * time)  # through zero again and again
     rows = lasting(swing.astype(np.complex128), 0.02)
@@ -218,7 +218,7 @@ def test_lasts_until_it_has_fallen_for_good() -> None:
     assert lasting(np.zeros(10, dtype=np.complex128), 0.02) == 0
 
 
-def test_what_is_still_swinging_at_the_end_is_no_noise() -> None:
+def test_an_oscillation_at_the_end_is_no_noise() -> None:
     time = np.arange(0.0, 10.0, 0.1)
     for rate in (-0.1, 0.0, 0.3):
         assert lasting(np.exp((rate + 0.4j) * time), 0.02) == 100

@@ -1,4 +1,4 @@
-"""The chapter "String stability" is right for small runs, and says what it cannot measure."""
+"""The chapter "String stability" is right for small runs, and notes what it cannot measure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BRAKE = "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 1, deceleration
 
 
 def chapter(folder: Path, scenario: str) -> Section:
-    """Return the chapter of a run; check that rows fit and that pictures can be drawn."""
+    """Return the chapter of a run, and check that rows fit and that pictures can be drawn."""
     section = stability_section(load(write_log(folder / "run.mcap", scenario)))
     assert section.title == "String stability"
     for sheet in section.sheets:
@@ -41,7 +41,7 @@ def pictures(section: Section) -> set[str]:
     return {picture.name for picture in section.pictures}
 
 
-def test_fm_behind_a_braking(tmp_path: Path) -> None:
+def test_gains_of_fm_behind_a_braking_agree_with_theory(tmp_path: Path) -> None:
     section = chapter(
         tmp_path,
         QUIET + "duration_s: 60\nroad: {type: open}\nfleet: {size: 6}\ncontrol: {model: FM}\n"
@@ -70,7 +70,7 @@ def test_fm_behind_a_braking(tmp_path: Path) -> None:
     assert pictures(section) == expected
 
 
-def test_bcm_on_the_ring_goes_both_ways(tmp_path: Path) -> None:
+def test_a_wave_under_bcm_goes_both_ways_round_the_ring(tmp_path: Path) -> None:
     section = chapter(
         tmp_path,
         QUIET + "duration_s: 60\nfleet: {size: 9}\ncontrol: {model: BCM}\n" + BRAKE,
@@ -79,7 +79,7 @@ def test_bcm_on_the_ring_goes_both_ways(tmp_path: Path) -> None:
     assert [row[1] for row in rows] == [-4, -3, -2, -1, 0, 1, 2, 3, 4]
     assert [row[0] for row in rows] == [7, 8, 9, 1, 2, 3, 4, 5, 6]
     for before, after in zip(rows[:4], reversed(rows[5:]), strict=True):
-        assert before[2:] == pytest.approx(after[2:], rel=1e-6)  # alike both ways
+        assert before[2:] == pytest.approx(after[2:], rel=1e-6)  # the same both ways
     assert pictures(section) >= {"stability-modes", "stability-gains"}
     modes = sheet(section, "stability-modes").rows
     assert [row[0] for row in modes] == [1, 2, 3, 4]
@@ -97,7 +97,7 @@ def test_a_chirp_has_no_dip_to_follow(tmp_path: Path) -> None:
     assert not any("dip" in str(row[0]) for row in sheet(section, "stability-figures").rows)
 
 
-def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
+def test_without_a_disturbance_nothing_is_measured(tmp_path: Path) -> None:
     section = chapter(tmp_path, "duration_s: 5\nfleet: {size: 4}\n")
     assert not section.sheets
     assert section.notes == (
@@ -105,12 +105,12 @@ def test_nothing_without_a_disturbance(tmp_path: Path) -> None:
     )
 
 
-def test_nothing_of_a_record_that_is_too_short(tmp_path: Path) -> None:
+def test_in_a_short_record_nothing_is_measured(tmp_path: Path) -> None:
     section = chapter(tmp_path, "duration_s: 3\nfleet: {size: 4}\n" + BRAKE)
     assert section.notes == ("Too little time is left after the disturbance to analyse it.",)
 
 
-def test_leaves_out_what_comes_after_a_crash(tmp_path: Path) -> None:
+def test_times_after_a_crash_are_left_out(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
     section = chapter(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
@@ -128,7 +128,7 @@ events: [{type: trace, vehicle: 1, at_s: 0.1, points: [[0, 0], [5, 0], [13, 12],
 """
 
 
-def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
+def test_stop_and_go_is_measured_by_its_linear_stretches(tmp_path: Path) -> None:
     path = write_log(tmp_path / "run.mcap", QUIET + STOP_AND_GO)
     section = chapter(tmp_path, QUIET + STOP_AND_GO)
     speed = load(path).truth["speed"]
@@ -151,7 +151,7 @@ def test_stop_and_go_is_told_by_its_linear_stretches(tmp_path: Path) -> None:
     assert pictures(section) == {"stability-gains"}
 
 
-def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -> None:
+def test_a_braking_to_a_standstill_is_measured_by_what_follows(tmp_path: Path) -> None:
     section = chapter(
         tmp_path,
         QUIET + "duration_s: 90\nfleet: {size: 6, speed_mps: 10, gap_m: 60}\n"
@@ -164,7 +164,7 @@ def test_a_braking_to_a_standstill_is_told_of_what_comes_after(tmp_path: Path) -
     assert "stability-wave" not in pictures(section)
 
 
-def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
+def test_a_fleet_that_hardly_moves_has_a_note(tmp_path: Path) -> None:
     section = chapter(
         tmp_path,
         QUIET + "duration_s: 20\nfleet: {size: 4, speed_mps: 0}\n"
@@ -175,7 +175,7 @@ def test_where_hardly_anybody_ever_moves(tmp_path: Path) -> None:
     assert "No linear stretch lasts for 10 s or more." in section.notes[0]
 
 
-def test_says_what_left_too_little(tmp_path: Path) -> None:
+def test_a_note_names_what_leaves_too_short_a_record(tmp_path: Path) -> None:
     scenario = "duration_s: 20\nfleet: {size: 5, gap_m: 6}\ncontrol: {model: FM}\n"
     hard = "vehicle: 2, at_s: 1, duration_s: 3, deceleration_mps2: 9}]\n"
     section = chapter(tmp_path, f"{QUIET}{scenario}events: [{{type: brake, {hard}")
@@ -183,7 +183,7 @@ def test_says_what_left_too_little(tmp_path: Path) -> None:
     assert "a collision of vehicle 3" in section.notes[0]
 
 
-def test_leaves_out_what_comes_after_a_switch_or_another_disturbance(tmp_path: Path) -> None:
+def test_times_after_a_switch_or_another_disturbance_are_left_out(tmp_path: Path) -> None:
     events = BRAKE.replace(
         "]", ", {type: brake, vehicle: 4, at_s: 12, duration_s: 1, deceleration_mps2: 1}]"
     )
@@ -219,7 +219,7 @@ def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> 
         ("model: BCM, gains: {k_d: 0, k_v: 0.5, k_c: 0.1}", "k_d is 0"),
     ],
 )
-def test_where_theory_has_nothing_to_say(tmp_path: Path, control: str, why: str) -> None:
+def test_a_note_gives_the_reason_for_missing_theory(tmp_path: Path, control: str, why: str) -> None:
     scenario = f"duration_s: 20\nfleet: {{size: 6}}\ncontrol: {{{control}}}\n"
     section = chapter(tmp_path, QUIET + scenario + BRAKE)
     assert any(why in note for note in section.notes)
@@ -227,7 +227,7 @@ def test_where_theory_has_nothing_to_say(tmp_path: Path, control: str, why: str)
     assert all(row[3] is None and row[2] is not None for row in rows)
 
 
-def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
+def test_notes_name_what_a_run_has_beyond_theory(tmp_path: Path) -> None:
     section = chapter(
         tmp_path,
         "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: PBCM, beacon_age_limit_ms: 150}\n"
@@ -244,13 +244,13 @@ def test_says_in_what_a_run_is_not_as_theory_has_it(tmp_path: Path) -> None:
     assert any("100 ms old on average" in note for note in late.notes)
 
 
-def test_vehicles_that_swing_by_themselves(tmp_path: Path) -> None:
+def test_an_unstable_fleet_has_a_note(tmp_path: Path) -> None:
     control = "control: {model: BCM, gains: {k_d: 0.1, k_v: 3, k_c: 0.05}}\n"
     section = chapter(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
     assert any("the fleet is unstable" in note for note in section.notes)
 
 
-def test_more_vehicles_than_matrices_are_solved_for(tmp_path: Path) -> None:
+def test_a_string_beyond_150_vehicles_has_no_theory_by_vehicle(tmp_path: Path) -> None:
     scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
     section = chapter(tmp_path, QUIET + scenario + BRAKE)
     assert "Theory by vehicle is left out for more than 150 vehicles." in section.notes

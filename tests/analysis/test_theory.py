@@ -1,4 +1,4 @@
-"""Linear theory agrees with closed forms, eigenvalues of the whole system, and simulation."""
+"""Linear theory agrees with closed forms, with eigenvalues of the system, and with simulation."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ couplings = st.sampled_from(
 # --- one vehicle behind another -----------------------------------------------------------------
 
 
-def test_weights_of_mbcm() -> None:
+def test_weights_of_mbcm_are_those_of_the_law() -> None:
     assert weights_of("least-squares", 3) == pytest.approx((1 / 14, 4 / 14, 9 / 14))
     assert weights_of("uniform", 4) == (0.25,) * 4
     assert mbcm(weights_of("least-squares", 1)) == BCM
     assert weights_of((0.5, 0.3, 0.2), 2) == pytest.approx((0.625, 0.375))
 
 
-def test_delay_is_wait_and_system_and_half_a_period() -> None:
+def test_the_delay_is_wait_plus_system_delay_plus_half_a_period() -> None:
     control = Control(v2v_wait_ms=11.0, system_delay_ms=89.0)
     assert total_delay_s(control, 100.0) == pytest.approx(0.15)
     assert total_delay_s(control, 100.0, predicts=True) == pytest.approx(0.05)
@@ -78,7 +78,7 @@ def test_transfer_by_hand() -> None:
 
 
 @given(gains)
-def test_string_stable_is_what_no_frequency_is_amplified_by(g: Gains) -> None:
+def test_a_string_stable_law_amplifies_no_frequency(g: Gains) -> None:
     margin = g.k_c**2 + 2.0 * g.k_v * g.k_c - 2.0 * g.k_d
     assume(abs(margin) > 1e-3)
     largest = np.abs(transfer(OMEGA, g)).max()
@@ -102,14 +102,14 @@ def test_peak_of_the_papers_gains() -> None:
 
 @settings(deadline=None, max_examples=30)
 @given(gains)
-def test_search_for_the_peak_begins_at_the_closed_form(g: Gains) -> None:
+def test_the_search_for_the_peak_starts_at_the_closed_form(g: Gains) -> None:
     assume(g.k_c**2 + 2.0 * g.k_v * g.k_c - 2.0 * g.k_d < -1e-2)
     closed, searched = peak_gain(g), peak_gain(g, 1e-9)
     assert searched.gain == pytest.approx(closed.gain, rel=1e-6)
     assert searched.omega == pytest.approx(closed.omega, rel=1e-2)
 
 
-def test_delay_makes_the_peak_worse() -> None:
+def test_a_delay_raises_the_peak() -> None:
     peaks = [peak_gain(PAPER, tau).gain for tau in (0.0, 0.1, 0.2, 0.4)]
     assert peaks == sorted(peaks)
     tame = Gains(k_d=0.05, k_v=0.5, k_c=0.1)  # just string-stable
@@ -118,14 +118,14 @@ def test_delay_makes_the_peak_worse() -> None:
 
 
 @given(gains, st.floats(0.0, 0.3))
-def test_slow_waves_are_handed_on_after_k_c_over_k_d(g: Gains, tau: float) -> None:
+def test_slow_waves_pass_a_vehicle_in_k_c_over_k_d(g: Gains, tau: float) -> None:
     assert group_delay_s(0.0, g, tau) == pytest.approx(g.k_c / g.k_d, rel=1e-3, abs=1e-5)
 
 
 # --- the ring -----------------------------------------------------------------------------------
 
 
-def test_eigenvalues_in_closed_form() -> None:
+def test_eigenvalues_have_their_closed_form() -> None:
     theta = np.linspace(0.0, np.pi, 9)
     np.testing.assert_allclose(eigenvalue(BCM, theta), 2.0 * (1.0 - np.cos(theta)), atol=1e-15)
     np.testing.assert_allclose(eigenvalue(FM, theta), 1.0 - np.exp(-1j * theta), atol=1e-15)
@@ -156,14 +156,14 @@ def test_modes_are_the_eigenvalues_of_the_whole_ring(c: Coupling, g: Gains, n: i
         assert np.abs(whole - s).min() < 1e-5
     slowest = slowest_mode(c, g, n)
     others = np.sort(whole.real)[::-1]
-    shift = np.argmin(np.abs(others))  # all vehicles shifted alike: s = 0 and s = -k_c
+    shift = np.argmin(np.abs(others))  # a shift of all vehicles: s = 0 and s = -k_c
     others = np.delete(others, [shift])
     others = np.delete(others, [np.argmin(np.abs(others + g.k_c))])
     assert slowest.rate == pytest.approx(others.max(), abs=1e-5)
 
 
 def test_bcm_on_the_papers_ring() -> None:
-    """s² + (k_v λ + k_c) s + k_d λ = 0 with λ = 2 (1 - cos(2π/40))."""
+    """The roots solve s² + (k_v λ + k_c) s + k_d λ = 0 with λ = 2 (1 - cos(2π/40))."""
     lam = 2.0 * (1.0 - np.cos(2.0 * np.pi / 40.0))
     rate = -(0.5 * lam + 0.05) / 2.0
     mode = slowest_mode(BCM, PAPER, 40)
@@ -177,7 +177,7 @@ def test_bcm_on_the_papers_ring() -> None:
 
 
 def right_of(edge: float, lam: complex, g: Gains, tau: float) -> float:
-    """How many roots have a real part above `edge`: how often f winds round 0 on the way there."""
+    """Return how many roots have a real part above `edge`: the winding number of f around 0."""
     a, b = abs(g.k_v * lam + g.k_c), abs(g.k_d * lam)
     grown = max(1.0, float(np.exp(-edge * tau)))
     far = 1.5 * (a * grown + np.sqrt(b * grown)) + 1.0  # beyond, s² outweighs the law
@@ -209,7 +209,7 @@ def test_roots_with_delay_are_the_dominant_ones(
 
 
 @pytest.mark.parametrize("k_d", [0.25, 0.25001, 0.24999, 0.26])
-def test_roots_of_a_critically_damped_mode_come_apart_with_delay(k_d: float) -> None:
+def test_a_delay_splits_the_roots_of_a_critically_damped_mode(k_d: float) -> None:
     g = Gains(k_d=k_d, k_v=0.0, k_c=1.0)  # s² + s + 0.25 with λ = 1
     s = roots(np.array([1.0 + 0j]), g, 0.1)[:, 0]
     assert abs(s[0] - s[1]) > 0.1
@@ -217,7 +217,7 @@ def test_roots_of_a_critically_damped_mode_come_apart_with_delay(k_d: float) -> 
 
 
 def test_a_long_delay_makes_a_mode_grow() -> None:
-    """s² + a s e^(-sτ) has the root jω on the edge for aτ = π/2 with ω = a."""
+    """The root jω of s² + a s e^(-sτ) is on the edge for aτ = π/2, with ω = a."""
     g = Gains(k_d=0.0, k_v=0.0, k_c=1.0)
     below, above = (roots(np.array([0j]), g, tau)[0, 0] for tau in (1.55, 1.59))
     assert below.real <= 1e-9  # besides s = 0, which is always there
@@ -226,7 +226,7 @@ def test_a_long_delay_makes_a_mode_grow() -> None:
 
 
 @pytest.mark.parametrize("coupling", [BCM, MBCM3, mbcm(weights_of("uniform", 2))])
-def test_long_waves_of_two_sided_laws(coupling: Coupling) -> None:
+def test_long_waves_of_bilateral_laws_have_their_speed(coupling: Coupling) -> None:
     undamped = Gains(k_d=0.1, k_v=0.5, k_c=0.0)
     phase, group = wave_speeds(coupling, undamped, 1e-2)
     expected = long_wave_speed(coupling, undamped)
@@ -257,7 +257,7 @@ def string(coupling: Coupling, n: int, delay_s: float) -> list[Member]:
     return open_road([Member(coupling, PAPER, delay_s)] * n)
 
 
-def test_a_string_of_fm_is_a_power_of_one_vehicle() -> None:
+def test_the_gain_of_an_fm_string_is_a_power_of_one_vehicles() -> None:
     omega = np.array([0.0, 0.1, 0.27, 1.0, 3.0])
     found = frequency_response(omega, string(FM, 6, 0.2), 0, ring=False)
     single = transfer(omega, PAPER, 0.2)
@@ -267,7 +267,7 @@ def test_a_string_of_fm_is_a_power_of_one_vehicle() -> None:
 
 
 def test_two_vehicles_between_ends_by_hand() -> None:
-    """Vehicle 2 under BCM, vehicle 3 under FM: x_2 = P (x_1 + x_3) / D, x_3 = H x_2."""
+    """With vehicle 2 under BCM and 3 under FM, x_2 = P (x_1 + x_3) / D and x_3 = H x_2."""
     s = 0.3j
     pull, own = 0.5 * s + 0.1, s * s + 0.05 * s
     h = pull / (own + pull)
@@ -276,7 +276,7 @@ def test_two_vehicles_between_ends_by_hand() -> None:
     np.testing.assert_allclose(found[0], [1.0, second, h * second])
 
 
-def test_ends_of_the_open_road() -> None:
+def test_a_string_has_the_ends_of_the_open_road() -> None:
     members = string(MBCM3, 8, 0.1)
     sides = [member.coupling and len(member.coupling.behind) for member in members]
     assert sides == [None, 1, 2, 3, 3, 2, 1, 0]
@@ -285,10 +285,10 @@ def test_ends_of_the_open_road() -> None:
     assert members[7].coupling == FM
     np.testing.assert_allclose(
         frequency_response(np.array([0.2]), members, 3, ring=False)[0, 0], 0.0
-    )  # vehicle 1 keeps its speed, whoever moves
+    )  # vehicle 1 keeps its speed, whichever vehicle moves
 
 
-def test_strings_that_come_to_rest_and_strings_that_do_not() -> None:
+def test_stable_and_unstable_strings_are_distinguished() -> None:
     stiff = Gains(k_d=0.1, k_v=2.0, k_c=0.05)
     assert is_stable(string(FM, 5, 0.15))
     assert is_stable([Member(BCM, stiff, 0.15)] * 5)
@@ -302,7 +302,7 @@ def test_strings_that_come_to_rest_and_strings_that_do_not() -> None:
 def brute(
     motion: Floats, dt: float, members: list[Member], source: int, ring: bool, every: int
 ) -> Floats:
-    """Speeds by small steps, commands held back by their delay."""
+    """Return speeds from small steps, with commands held back by their delay."""
     n = len(members)
     late = round(members[0].delay_s / dt)
     position, speed = np.zeros(n), np.zeros(n)
@@ -339,7 +339,9 @@ def brute(
         ([Member(MBCM3, PAPER, 0.1)] * 9, True, 0),
     ],
 )
-def test_a_string_moves_as_by_brute_force(members: list[Member], ring: bool, source: int) -> None:
+def test_a_string_moves_like_a_brute_force_simulation(
+    members: list[Member], ring: bool, source: int
+) -> None:
     dt, every = 0.005, 20
     time = np.arange(12_000) * dt
     motion = -np.exp(-(((time - 8.0) / 2.0) ** 2)) * (1.0 + 0.3 * np.sin(2.0 * time))

@@ -38,7 +38,7 @@ def ran(folder: Path, scenario: str, event: str = BRAKE) -> tuple[Run, Disturbed
 
 
 def gain_per_vehicle(run: Run, case: Disturbed) -> tuple[Floats, Floats]:
-    """Frequencies (rad/s), and the gain from a vehicle to the next: the root of that of all."""
+    """Return frequencies (rad/s), and the gain per vehicle: the root of the gain of all."""
     acceleration = run.truth["acceleration"][case.rows]
     found = response(acceleration[:, 0], acceleration[:, -1], case.period_s, 0.05)
     return found.omega, np.abs(found.ratio) ** (1.0 / (run.vehicles - 1))
@@ -47,8 +47,8 @@ def gain_per_vehicle(run: Run, case: Disturbed) -> tuple[Floats, Floats]:
 # --- FM on the open road ------------------------------------------------------------------------
 
 
-def test_peak_gain_of_fm_is_that_of_theory(tmp_path: Path) -> None:
-    """The delay is small: cycles have 20 ms, and vehicles do not wait."""
+def test_the_peak_gain_of_fm_agrees_with_theory(tmp_path: Path) -> None:
+    """The delay is small, since cycles have 20 ms and vehicles do not wait."""
     run, case = ran(
         tmp_path,
         """
@@ -108,7 +108,7 @@ control: {model: FM, gains: {k_d: 0.04, k_v: 0.5, k_c: 0.1}}
     omega, gain = gain_per_vehicle(run, case)
     assert gain.max() < 1.0
     theory = np.abs(transfer(omega, run.scenario.control.gains, 0.15))
-    seen = theory > 0.5  # of four vehicles that is a sixteenth
+    seen = theory > 0.5  # for four vehicles that is a sixteenth
     np.testing.assert_allclose(gain[seen], theory[seen], rtol=0.02)
 
 
@@ -134,7 +134,7 @@ fleet:
 
 @pytest.mark.parametrize("scenario", STRINGS.values(), ids=STRINGS)
 def test_a_string_moves_as_theory_says(tmp_path: Path, scenario: str) -> None:
-    """Given the motion of the first, theory predicts every other vehicle's speed."""
+    """From the motion of the first vehicle, theory predicts the speeds of all others."""
     _, case = ran(tmp_path, f"duration_s: 90\n{scenario}", CHIRP)
     assert case.predicted is not None
     assert case.notes == ()
@@ -144,7 +144,7 @@ def test_a_string_moves_as_theory_says(tmp_path: Path, scenario: str) -> None:
     assert np.abs(case.predicted - case.deviation).max() < 0.02 * largest
 
 
-def test_gain_from_head_to_tail_of_a_bilateral_string(tmp_path: Path) -> None:
+def test_the_gain_of_a_bilateral_string_agrees_with_theory(tmp_path: Path) -> None:
     run, case = ran(tmp_path, "duration_s: 120\n" + STRINGS["BCM"])
     assert case.theory is not None
     acceleration = run.truth["acceleration"][case.rows]
@@ -181,7 +181,7 @@ def test_modes_of_the_ring_decay_as_theory_says(tmp_path: Path, model: str) -> N
 
 
 def test_bcm_decays_as_its_polynomial_says(tmp_path: Path) -> None:
-    """s² + (k_v λ + k_c) s + k_d λ = 0 with λ = 2 (1 - cos(2π/7)), with hardly any delay."""
+    """The modes solve s² + (k_v λ + k_c) s + k_d λ = 0, λ = 2 (1 - cos(2π/7)), almost undelayed."""
     rows = slowest_modes(
         tmp_path,
         """
@@ -210,8 +210,8 @@ def test_fm_grows_on_the_ring_as_theory_says(tmp_path: Path) -> None:
     assert measured.omega == pytest.approx(fastest.omega, rel=0.01)
 
 
-def test_a_chain_that_is_cut_short_has_the_weights_that_the_vehicles_use(tmp_path: Path) -> None:
-    """Of weights 0.5, 0.3, 0.2, a vehicle with one neighbour on each side uses 1."""
+def test_theory_of_a_short_chain_has_the_weights_that_vehicles_use(tmp_path: Path) -> None:
+    """With weights 0.5, 0.3, 0.2, a vehicle with one neighbour on each side uses 1."""
     text = """
     duration_s: 3
     road: {type: open}

@@ -64,7 +64,7 @@ def section(run: Run) -> Section:
 
 @st.composite
 def tables(draw: st.DrawFn) -> Table:
-    """Columns as /v2v/frames has them: 3 vehicles, some cycles, any outcome of each frame."""
+    """Draw columns of /v2v/frames: 3 vehicles, some cycles, any outcome of each frame."""
     rows: list[tuple[int, ...]] = []
     for cycle in range(draw(st.integers(1, 8))):
         for source in (1, 2, 3):
@@ -90,7 +90,7 @@ def tables(draw: st.DrawFn) -> Table:
 
 
 def table_of(outcomes: Sequence[int], **columns: Any) -> Table:
-    """Frames of one link by their outcomes in order, with what else a test needs."""
+    """Return frames of one link with these outcomes in order, and other columns as given."""
     number = len(outcomes)
     table: Table = {
         "cycle": np.arange(number, dtype=np.uint32),
@@ -113,9 +113,9 @@ def test_wilson_agrees_with_scipy(successes: int, trials: int) -> None:
     np.testing.assert_allclose((low[0], high[0]), (expected.low, expected.high), atol=1e-12)
 
 
-def test_wilson_at_the_ends() -> None:
+def test_wilson_intervals_at_the_ends() -> None:
     low, high = wilson(np.array([0, 0, 7]), np.array([0, 7, 7]))
-    assert (low[0], high[0]) == (0.0, 1.0)  # nothing was tried
+    assert (low[0], high[0]) == (0.0, 1.0)  # there are no trials
     assert low[1] == 0.0 < high[1] < 0.5
     assert 0.5 < low[2] < high[2] == 1.0
 
@@ -181,7 +181,7 @@ def test_latencies_agree_with_numpy(latency_ns: list[int]) -> None:
 
 
 def naive_bursts(frames: Table) -> dict[int, int]:
-    """Lengths of losses in a row, link by link, and how often."""
+    """Return the lengths of runs of losses, link by link, and their counts."""
     lengths: dict[int, int] = {}
     rows = zip(
         *(frames[name].tolist() for name in ("source", "destination", "outcome")), strict=True
@@ -203,13 +203,13 @@ def test_bursts_agree_with_a_plain_count(frames: Table) -> None:
     assert {length: number for length, number in enumerate(found) if number} == naive_bursts(frames)
 
 
-def test_numbers_that_were_never_sent_end_a_burst() -> None:
+def test_missing_numbers_end_a_burst() -> None:
     frames = table_of([LOST] * 5, sequence=np.array([0, 1, 3, 4, 5], np.uint32))
     np.testing.assert_array_equal(loss_bursts(frames, 2), [0, 0, 1, 1])
     np.testing.assert_array_equal(loss_bursts(table_of([DELIVERED]), 2), [0])
 
 
-def test_bursts_at_the_largest_numbers_are_told_apart() -> None:
+def test_bursts_at_the_largest_numbers_are_distinguished() -> None:
     last = 2**32 - 1
     frames = table_of(
         [LOST, LOST],
@@ -221,7 +221,7 @@ def test_bursts_at_the_largest_numbers_are_told_apart() -> None:
 
 
 @given(st.floats(0.0, 0.9))
-def test_the_geometric_law(p: float) -> None:
+def test_the_geometric_law_agrees_with_scipy(p: float) -> None:
     share = geometric(p, 2_000)
     assert share[0] == 0.0
     assert share.sum() == pytest.approx(1.0)
@@ -233,7 +233,7 @@ def test_the_geometric_law(p: float) -> None:
 
 
 def naive_age(frames: Table, source: int, destination: int, cycle: int) -> int:
-    """By the definition: t_k less the time of the freshest frame that came by then, or -1."""
+    """Return the age by definition: t_k less the time of the newest frame by then, or -1."""
     known = [
         cycle - int(sent // PERIOD_NS)
         for of, to, sent, arrived in zip(
@@ -271,7 +271,7 @@ def test_ages_agree_with_their_definition(frames: Table) -> None:
 
 
 @pytest.mark.parametrize("wait_ms", [0, 30, 99])
-def test_ages_are_those_that_vehicles_report(folder: Path, wait_ms: int) -> None:
+def test_ages_equal_those_that_vehicles_log(folder: Path, wait_ms: int) -> None:
     """Every vehicle logs the age of its data from the vehicle behind, as age_ns."""
     text = LTE.replace("v2v_wait_ms: 30", f"v2v_wait_ms: {wait_ms}")
     run = load(write_log(folder / f"wait{wait_ms}.mcap", text.replace("_s: 40", "_s: 10")))
@@ -297,7 +297,7 @@ def column(of: Sheet, name: str) -> list[Any]:
     return [row[of.columns.index(name)] for row in of.rows]
 
 
-def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
+def test_the_sheets_agree_with_the_log(run: Run, section: Section) -> None:
     assert section.notes == ()
     outcome, latency = run.frames["outcome"], run.frames["latency_ns"]
     table = sheet(section, "v2v-delivery")
@@ -321,7 +321,7 @@ def test_the_sheets_say_what_the_log_says(run: Run, section: Section) -> None:
         assert low < ratio < high
 
 
-def test_independent_losses_come_as_the_geometric_law_says(section: Section) -> None:
+def test_independent_losses_follow_the_geometric_law(section: Section) -> None:
     bursts = sheet(section, "v2v-bursts")
     number = np.array(column(bursts, "bursts"), float)
     expected = np.array(column(bursts, "share if independent, %")) / 100.0 * number.sum()
@@ -331,7 +331,7 @@ def test_independent_losses_come_as_the_geometric_law_says(section: Section) -> 
     assert stats.chisquare(lumped, law).pvalue > 0.001
 
 
-def test_the_ages_of_the_section(run: Run, section: Section) -> None:
+def test_the_section_has_the_ages(run: Run, section: Section) -> None:
     table = sheet(section, "v2v-age")
     assert column(table, "data of") == ["vehicle ahead", "vehicle behind", "all in range"]
     assert column(table, "links") == [8, 8, 56]
@@ -406,7 +406,7 @@ def test_every_row_has_a_cell_for_each_column(section: Section) -> None:
         ),
     ],
 )
-def test_channels_without_loss_without_delivery_and_of_short_range(
+def test_channels_without_loss_without_delivery_and_of_short_range_have_sections(
     folder: Path, change: tuple[str, str], sheets: set[str], notes: tuple[str, ...]
 ) -> None:
     technology, loss = change
@@ -418,7 +418,7 @@ def test_channels_without_loss_without_delivery_and_of_short_range(
         drawn(picture)
 
 
-def test_a_run_without_frames_says_so(folder: Path) -> None:
+def test_a_run_without_frames_has_a_note(folder: Path) -> None:
     found = v2v_section(load(write_log(folder / "none.mcap", LTE, until_cycle=0)))
     assert found.notes == ("No frame was logged, so there is nothing to show.",)
     apart = LTE.replace("lte-a-pro", "5g-mmwave").replace("size: 8", "size: 3, gap_m: 200")
@@ -427,7 +427,7 @@ def test_a_run_without_frames_says_so(folder: Path) -> None:
     assert (far.sheets, far.pictures) == ((), ())
 
 
-def test_links_of_the_open_road_have_ends(folder: Path) -> None:
+def test_links_end_with_the_open_road(folder: Path) -> None:
     text = LTE + "road: {type: open}\n"
     run = load(write_log(folder / "open.mcap", text.replace("_s: 40", "_s: 5")))
     found = ages(run.frames, 8, run.scenario.period_ns, run.scenario.v2v_wait_ns)

@@ -1,4 +1,4 @@
-"""The log that the tests of this folder damage."""
+"""Fixtures of the log that the tests of this folder damage."""
 
 from __future__ import annotations
 

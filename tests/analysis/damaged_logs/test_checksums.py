@@ -1,4 +1,4 @@
-"""No changed byte goes unnoticed, and no chunk that is lost, doubled or out of order."""
+"""A reader reports every changed byte, and every chunk that is lost, doubled or out of order."""
 
 from __future__ import annotations
 
@@ -29,14 +29,16 @@ from zenvoy.bus.log_metadata import RESULT, RUN
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
-def test_no_bit_changes_without_a_word(path: Path, content: bytes, data: Any) -> None:
+def test_every_changed_bit_is_reported(path: Path, content: bytes, data: Any) -> None:
     at = data.draw(st.integers(0, len(content) - 1))
     bit = data.draw(st.integers(0, 7))
     changed = content[:at] + bytes([content[at] ^ 1 << bit]) + content[at + 1 :]
     assert notes_or_refusal(written(path, changed)), at
 
 
-def test_a_chunk_of_another_opcode_is_missed(path: Path, content: bytes, whole: Run) -> None:
+def test_a_chunk_of_another_opcode_is_reported_as_missing(
+    path: Path, content: bytes, whole: Run
+) -> None:
     """A reader skips records that it does not know, so the cycles in them are missing."""
     records = taken_apart(content)
     at = chunks_among(records)[2]
@@ -57,7 +59,7 @@ def test_a_chunk_of_another_opcode_is_missed(path: Path, content: bytes, whole: 
 
 
 @pytest.mark.parametrize("what", ["dropped", "doubled", "swapped"])
-def test_chunks_that_are_not_what_they_were_are_reported_though_every_crc_is_good(
+def test_changed_chunks_are_reported_even_with_valid_crcs(
     path: Path, content: bytes, whole: Run, what: str
 ) -> None:
     records = taken_apart(content)
@@ -80,7 +82,7 @@ def test_chunks_that_are_not_what_they_were_are_reported_though_every_crc_is_goo
 
 
 @pytest.mark.parametrize("name", [RUN, RESULT])
-def test_metadata_that_was_changed_is_reported_in_a_cut_log_too(
+def test_changed_metadata_is_reported_even_in_a_cut_log(
     path: Path, content: bytes, name: str
 ) -> None:
     key, value = {RUN: ("seed", b"5"), RESULT: ("end", b"complete")}[name]
@@ -95,13 +97,13 @@ def test_metadata_that_was_changed_is_reported_in_a_cut_log_too(
         assert "metadata zenvoy.run has seed 6, effective.json 5" in run.notes
 
 
-def test_an_attachment_that_was_changed_is_reported(path: Path, content: bytes) -> None:
+def test_a_changed_attachment_is_reported(path: Path, content: bytes) -> None:
     changed = content.replace(b"seed: 5\nfleet", b"seed: 6\nfleet")
     run = load(written(path, changed[:-1]))
     assert "attachment 'scenario.yaml' does not match its CRC" in run.notes
 
 
-def test_a_channel_record_that_is_gone_is_reported(path: Path, content: bytes) -> None:
+def test_a_missing_channel_record_is_reported(path: Path, content: bytes) -> None:
     records = taken_apart(content)
     at = chunks_among(records)[0]
     chunk = chunk_of(records[at])

@@ -1,4 +1,4 @@
-"""A chunk may say nothing false of its content, and no content takes gigabytes."""
+"""A chunk with a false header is refused, and no content takes gigabytes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from zenvoy.analysis import LogError, load
         ({"uncompressed_crc": 1}, "does not match its CRC"),
     ],
 )
-def test_a_chunk_that_lies_is_damage(
+def test_a_chunk_with_a_false_header_is_damage(
     path: Path, content: bytes, change: dict[str, Any], says: str
 ) -> None:
     records = taken_apart(content)
@@ -48,7 +48,7 @@ def test_a_chunk_that_lies_is_damage(
 
 
 def bomb(records: list[Record], size: int, claimed: int | None) -> bytes:
-    """A log with a chunk that unpacks to `size` zeros, and claims `claimed`."""
+    """Return a log with a chunk that unpacks to `size` zeros, and claims `claimed`."""
     compressor = zstandard.ZstdCompressor(write_content_size=claimed is None).compressobj(
         size=size if claimed is None else -1
     )
@@ -69,7 +69,7 @@ def bomb(records: list[Record], size: int, claimed: int | None) -> bytes:
 
 
 @pytest.mark.parametrize("claimed", [None, 1 << 20, 60 << 20])
-def test_a_chunk_that_unpacks_to_gigabytes_takes_no_gigabytes(
+def test_a_chunk_that_unpacks_to_gigabytes_does_not_take_that_memory(
     path: Path, content: bytes, claimed: int | None
 ) -> None:
     """It may state that size, a smaller one, or none."""

@@ -1,4 +1,4 @@
-"""Every command that reads a log tells of the damage, in lines that people read."""
+"""Every command that reads a log reports its damage in readable lines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.cli.analyze import damage_as_log_error
 
 
-def test_only_of_a_damaged_log_is_what_an_analysis_cannot_bear_a_line(
+def test_errors_of_an_analysis_are_one_line_only_for_damaged_logs(
     path: Path, content: bytes, whole: Run
 ) -> None:
     records = taken_apart(content)
@@ -33,7 +33,7 @@ def test_only_of_a_damaged_log_is_what_an_analysis_cannot_bear_a_line(
         raise IndexError("row")
 
 
-def test_what_is_compared_is_not_called_equal_where_the_fingerprint_does_not_hold(
+def test_runs_with_a_wrong_fingerprint_are_not_called_equal(
     path: Path, content: bytes, tmp_path: Path
 ) -> None:
     records = taken_apart(content)
@@ -46,7 +46,7 @@ def test_what_is_compared_is_not_called_equal_where_the_fingerprint_does_not_hol
     assert "does not match the messages" in (tmp_path / "c" / "compare.html").read_text()
 
 
-def test_every_command_tells_and_verify_exits_with_1(
+def test_every_command_reports_damage_and_verify_exits_with_1(
     path: Path, content: bytes, tmp_path: Path
 ) -> None:
     good = zenvoy(tmp_path, "info", "--verify", str(path))
@@ -81,8 +81,8 @@ def test_a_log_that_never_ended_has_no_box_for_its_result(
     assert "the log is cut" in outcome.err
 
 
-def test_mutants_end_in_a_line_or_in_notes() -> None:
-    """This is a sample of what `python -m tests.mutated_logs` does with ten thousand logs."""
+def test_mutants_end_in_one_line_or_in_notes() -> None:
+    """This is a sample of `python -m tests.mutated_logs`, which tries ten thousand logs."""
     outcome = tried(60, seed=11, pictures=2)
     assert not outcome.wrong, outcome.wrong[:3]
     assert outcome.drawn == 2

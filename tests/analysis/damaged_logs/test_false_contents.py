@@ -1,4 +1,4 @@
-"""Logs with good checksums that say what no run says: refused, or corrected and reported."""
+"""Logs with false contents and valid checksums are refused, or corrected and reported."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_the_scenario_of_another_fleet_is_refused(path: Path, content: bytes) ->
         load(written(path, written_anew(replace(log, attachments=other))))
 
 
-def test_no_messages_at_all_is_a_log_of_nothing(path: Path, content: bytes) -> None:
+def test_a_log_without_messages_has_empty_tables(path: Path, content: bytes) -> None:
     run = load(written(path, written_anew(replace(read_log(path), messages=[]))))
     assert run.cycles == 0
     assert "no cycle was logged" in run.notes
@@ -83,7 +83,7 @@ def test_metadata_without_a_key_or_with_text_for_a_number_is_corrected_and_repor
 def test_a_scenario_may_have_any_name_whatever_the_log_is_called(
     path: Path, content: bytes, name: str
 ) -> None:
-    """The stem of the file stands in for a name that is missing; it does not judge one."""
+    """The stem of the file replaces a missing name, and does not check an existing one."""
     named = path.with_name(name)
     named.write_bytes(content)
     run = load(named)

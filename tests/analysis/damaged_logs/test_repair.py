@@ -1,4 +1,4 @@
-"""A repair keeps all that can be read, and overwrites nothing."""
+"""A repair keeps all readable data, and overwrites nothing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from zenvoy.analysis.log.repair import RepairError, repair
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
-def test_a_log_cut_anywhere_is_repaired_to_a_whole_one(
+def test_a_log_cut_anywhere_is_repaired_to_a_complete_log(
     path: Path, content: bytes, whole: Run, data: Any
 ) -> None:
     at = data.draw(st.integers(len(content) // 4, len(content) - 1))
@@ -48,7 +48,7 @@ def test_a_log_cut_anywhere_is_repaired_to_a_whole_one(
         assert sum(1 for _ in reader.iter_messages()) == sum(repaired.facts.counts.values())
 
 
-def test_a_damaged_chunk_is_read_past(path: Path, content: bytes, whole: Run) -> None:
+def test_a_damaged_chunk_is_skipped(path: Path, content: bytes, whole: Run) -> None:
     records = taken_apart(content)
     at = chunks_among(records)[2]
     changed = bytearray(records[at].body)
@@ -73,7 +73,7 @@ def test_a_damaged_chunk_is_read_past(path: Path, content: bytes, whole: Run) ->
     assert run.fingerprint == run.result["fingerprint"] != whole.fingerprint
 
 
-def test_a_chunk_of_another_opcode_is_salvaged_whole(
+def test_a_chunk_of_another_opcode_is_recovered_in_full(
     path: Path, content: bytes, whole: Run
 ) -> None:
     records = taken_apart(content)
@@ -87,7 +87,7 @@ def test_a_chunk_of_another_opcode_is_salvaged_whole(
     assert run.result["end"] == "complete"
 
 
-def test_a_repair_overwrites_nothing_and_leaves_a_whole_log_alone(
+def test_a_repair_overwrites_nothing_and_does_not_touch_a_complete_log(
     path: Path, content: bytes, tmp_path: Path
 ) -> None:
     assert repair(path, tmp_path / "new.mcap") is None
