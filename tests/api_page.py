@@ -1,4 +1,4 @@
-"""Makes docs/api.md from the docstrings of `import zenvoy`: `make docs`."""
+"""`make docs` makes docs/api.md from the docstrings of `import zenvoy`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _HEAD: Final = """<!-- Made by `make docs` from the docstrings; not to be edited
 """
 
 
-# Public name, the folder that it is defined in, and where in it.
+# Public name, the folder that defines it, and its place in the folder.
 _PARTS: Final = (
     ("zenvoy.run", "zenvoy", "running.run"),
     ("zenvoy.scenario", "zenvoy", "settings.scenario"),
@@ -55,7 +55,7 @@ _LINK: Final = re.compile(r"\[([^\[\]]*)\]\(#[^()]*\)")
 
 
 def page() -> str:
-    """Return the page as it is to be."""
+    """Return the page as it should be."""
     loader = GriffeLoader(search_paths=[ROOT], docstring_parser=Parser.google)
     packages = {folder: loader.load(folder) for folder in {folder for _, folder, _ in _PARTS}}
     intro = packages["zenvoy"].docstring
@@ -64,7 +64,7 @@ def page() -> str:
     for public, folder, place in _PARTS:
         part = packages[folder][place]
         text.append(_rendered(part).replace(part.path, public))
-    return _LINK.sub(r"\1", "\n".join(text))  # half of the anchors would lead nowhere
+    return _LINK.sub(r"\1", "\n".join(text))  # half of the anchors would have no target
 
 
 def _rendered(part: Object) -> str:

@@ -1,11 +1,11 @@
-"""A fleet of processes with one more among them, which sends mutated messages to all the others.
+"""A fleet of processes includes an attacker, which sends mutated messages to all the others.
 
     python -m tests.attack SCENARIO.yaml OUT MUTANTS_PER_CYCLE VEHICLES_PER_PROCESS
 
-Vehicles listen nowhere, and peers do not relay: so here they connect to the attacker as well, as
-they would where somebody sat on their link. It hears all that is said and sends, in each cycle,
-rubbish and what it has made of real messages. Never what could pass for the real one: whole bodies
-of the present cycle with a true head cannot be told apart by anyone, but for those who have keys.
+Vehicles listen nowhere, and peers do not relay, so here vehicles also connect to the attacker. It
+receives all messages. In each cycle it sends random bytes and mutants of real messages. It never
+sends a message that could pass for a real one: without keys, nobody can distinguish a whole body of
+the present cycle with a true head.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ FIRST_CYCLE: Final = 12
 
 
 def streams(run: str, size: int) -> dict[str, tuple[Topic[Any], int]]:
-    """Topic and vehicle (0: none) of every stream that somebody reads, by key."""
+    """Return topic and vehicle (0: none) of every stream that has a reader, by key."""
     return {
         topic.key(run, vehicle): (topic, vehicle)
         for topic in READ
@@ -66,7 +66,7 @@ class Seen(NamedTuple):
 
 
 class Mutant(NamedTuple):
-    """What is sent; payload None: a deletion."""
+    """A message of the attacker. A payload of None is a deletion."""
 
     key: str
     payload: bytes | None
@@ -74,7 +74,7 @@ class Mutant(NamedTuple):
 
 
 class Mutator:
-    """Makes mutants of what it has seen. `size` is that of the fleet."""
+    """Makes mutants of the messages that it sees, for a fleet of `size`."""
 
     def __init__(self, run: str, size: int, seed: int) -> None:
         self._run, self._size = run, size
@@ -101,7 +101,7 @@ class Mutator:
         self._newest = max(self._newest, seen.cycle)
 
     def mutants(self, count: int) -> Iterator[Mutant]:
-        """So many of all kinds."""
+        """Yield `count` mutants of all kinds in turn."""
         for number in range(count if self._seen else 0):
             maker = self._makers[number % len(self._makers)]
             yield maker(self._random.choice(self._seen))
@@ -110,7 +110,7 @@ class Mutator:
         return seen.topic.key(self._run, seen.vehicle)
 
     def _old(self, seen: Seen) -> Seen:
-        """One whose cycle is over for everybody; `seen` or the oldest."""
+        """Return a message whose cycle is over for every reader: `seen`, or the oldest."""
         return seen if seen.cycle < self._newest - WINDOW else self._seen[0]
 
     def _rubbish(self, seen: Seen) -> Mutant:
@@ -131,7 +131,7 @@ class Mutator:
                 return Mutant(self._key(seen), bytes(payload))
 
     def _replayed(self, seen: Seen) -> Mutant:
-        """Also of the present cycle."""
+        """Replay a message, even one of the present cycle."""
         return Mutant(self._key(seen), seen.payload)
 
     def _of_another_cycle(self, seen: Seen) -> Mutant:
@@ -153,7 +153,7 @@ class Mutator:
         return Mutant(self._key(seen), message.SerializeToString())
 
     def _of_another_vehicle(self, seen: Seen) -> Mutant:
-        """With the present cycle and time: what another one has said."""
+        """Send a vehicle's message, with its cycle and time, as that of another vehicle."""
         if not seen.topic.per_vehicle:
             return self._on_a_foreign_key(seen)
         other = seen.vehicle % self._size + 1
@@ -172,7 +172,7 @@ class Mutator:
 
     def _in_parts(self, seen: Seen) -> Mutant:
         attachment = self._random.randbytes(self._random.choice((3, 12, 12, 12)))
-        if self._random.random() < 0.5:  # a part for which all others are missing
+        if self._random.random() < 0.5:  # one part without all the others
             attachment = b"\0\0\0\0" + b"\2\0\0\0" + attachment[-3:] + b"\0"
         return Mutant(self._key(seen), seen.payload, attachment)
 
@@ -190,7 +190,7 @@ _NAMES: Final = ("sense", "beacon", "receive", "command")
 
 
 def _arrives_at_another_time(seen: Seen, payload: bytes) -> bool:
-    """Whether flips have hit both times of a receive alike: a frame as good as a real one."""
+    """Return whether flips change both times of a receive alike, which makes a valid frame."""
     if seen.topic is not RECEIVE:
         return False
     try:
@@ -203,7 +203,7 @@ def _arrives_at_another_time(seen: Seen, payload: bytes) -> bool:
 
 
 class Bundler:
-    """Where vehicles share a process: takes real bundles apart, puts mutants into such bundles."""
+    """Takes real bundles of shared processes apart, and puts mutants into such bundles."""
 
     def __init__(self, run: str, shared: Sequence[VehicleProcess], seed: int) -> None:
         self._random = random.Random(seed)
@@ -222,7 +222,7 @@ class Bundler:
         }
 
     def seen(self, key: str, payload: bytes) -> list[Seen]:
-        """The real messages of a bundle."""
+        """Return the real messages of a bundle."""
         topic = self._topics.get(key)
         if topic is None:
             return []
@@ -231,7 +231,7 @@ class Bundler:
         ]
 
     def bundled(self, mutant: Mutant) -> Mutant:
-        """The mutant in a bundle, or one of a bundle; as it is where its vehicle is alone."""
+        """Return the mutant in a bundle, a mutant of the bundle, or the mutant as it is."""
         key, payload, attachment = mutant
         if key not in self._places or payload is None:
             return mutant
@@ -254,9 +254,9 @@ class Bundler:
 
 
 class Turns:
-    """The world says which cycle it is in, and in lock-step waits until the attacker is through.
+    """The world announces its cycle, and in lock-step waits until the attacker is done.
 
-    So as many mutants come in a cycle on a machine that is busy as on one that is idle.
+    So every cycle has the same number of mutants, however busy the machine is.
     """
 
     def __init__(self, *, realtime: bool) -> None:
@@ -264,17 +264,17 @@ class Turns:
         self._cycles, self._answers = os.pipe(), os.pipe()
 
     def take(self, clock: pb.Clock) -> None:
-        """Say the cycle, and wait; in the world."""
+        """Announce the cycle, and wait. The world calls this."""
         os.write(self._cycles[1], clock.cycle.to_bytes(_BYTES))
         if not self._realtime:
             os.read(self._answers[0], 1)
 
     def next(self) -> int:
-        """Return the next cycle as soon as it has begun; in the attacker."""
+        """Return the next cycle as soon as it has begun. The attacker calls this."""
         return int.from_bytes(os.read(self._cycles[0], _BYTES))
 
     def done(self) -> None:
-        """Let the world go on; in the attacker."""
+        """Let the world go on. The attacker calls this."""
         os.write(self._answers[1], b"\0")
 
 
@@ -290,10 +290,10 @@ def attack(
     realtime: bool,
     turns: Turns,
 ) -> None:
-    """Send `per_cycle` mutants in each cycle from FIRST_CYCLE on; `links`: where to listen, to go.
+    """Send `per_cycle` mutants in each cycle from FIRST_CYCLE on.
 
-    It never keeps the fleet waiting for it to read: that stops a run in lock-step, as any reader
-    can that does not read.
+    `links` are the endpoint to listen on and those to connect to. The attacker always reads its
+    messages, since a reader that does not read stops a run in lock-step.
     """
     listen, connect = links
     signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
@@ -301,7 +301,7 @@ def attack(
         topics = streams(run, size)
         mutator, bundler = Mutator(run, size, seed=1), Bundler(run, shared, seed=1)
         while turns.next() < 2:
-            turns.done()  # who subscribes before the real reader is there would be taken for it
+            turns.done()  # a subscriber that comes before the real reader would be taken for it
         heard = session.declare_subscriber(
             f"zenvoy/{run}/**", zenoh.handlers.RingChannel(1_000), allowed_origin=_OTHERS
         )
@@ -330,7 +330,7 @@ _OTHERS: Final = zenoh.Locality.REMOTE
 
 
 def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[Death]:
-    """Run the scenario under attack; the deaths of processes."""
+    """Run the scenario under attack, and return the deaths of processes."""
     loaded = load(scenario)
     folder = make_folder(out, loaded.name)
     labels = labels_of(loaded, "zenoh", per_process)
@@ -368,7 +368,7 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
 
 
 def _within_reach(program: Program, attacker: str) -> Program:
-    """The program, with a link to the attacker where it is a vehicle's."""
+    """Return the program, with a link to the attacker if it is a vehicle's."""
     main = program.main
     assert isinstance(main, partial)
     if main.func not in {run_vehicle, run_vehicles}:

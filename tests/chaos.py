@@ -1,7 +1,7 @@
-"""Signals for the processes of a run at any moment: what becomes of the run, the log and the rest.
+"""Signals hit the processes of a run at any moment, and the run must end as documented.
 
-`make chaos` runs 500 cases at random moments and prints what was found beside what is documented
-in docs/ends.md; tests/fleet/test_chaos.py runs a sample.
+`make chaos` runs 500 cases at random moments, and compares their ends with those in docs/ends.md.
+tests/fleet/test_chaos.py runs a sample.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from zenvoy.fleet.guests import read_endpoints
 
 CYCLES: Final = {"each": 400, "shared": 800, "realtime": 100}
 STALL_LIMIT_S: Final = 5.0
-PAUSE_S: Final = 3.0  # of a process that is stopped and goes on
-LOST_S: Final = 0.5  # of wall time, at the end of a log whose world was killed
+PAUSE_S: Final = 3.0  # how long a process is stopped before it goes on
+LOST_S: Final = 0.5  # wall time that a log may lose at its end if its world is killed
 SIZE: Final = 4
 
 VICTIMS: Final = ("vehicle", "channel", "world", "command")
@@ -45,7 +45,7 @@ MOMENTS: Final = ("start", "middle", "last")
 KEPT: Final = "interrupted; the log up to here is kept"
 COMPLETE_BY_THEN: Final = "interrupted; the run was complete by then"
 
-# In the last cycle the victim may have done its part already, and be gone or not be needed.
+# In the last cycle the victim may have finished already, and be gone or not be needed.
 _SCENARIO: Final = """
 duration_s: {duration_s}
 stall_limit_s: {limit_s}
@@ -58,7 +58,7 @@ channel: {{loss: {{p: 0.1}}}}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """Who is hit, how, in which kind of run, and when; `at` in [0, 1) says where in the moment."""
+    """A victim, a signal, a kind of run and a moment. `at` in [0, 1) is the place in the moment."""
 
     victim: str
     blow: str
@@ -71,14 +71,14 @@ class Case:
 
     @property
     def process(self) -> str:
-        """Name of the process that is hit."""
+        """Return the name of the process that is hit."""
         if self.victim != "vehicle":
             return self.victim
         return "vehicles-03-04" if self.mode == "shared" else "vehicle-03"
 
     @property
     def others(self) -> set[str]:
-        """Names of all processes but the command."""
+        """Return the names of all processes but the command."""
         shared = self.mode == "shared"
         vehicles = {"vehicles-01-02", "vehicles-03-04"} if shared else set(_NAMES)
         return {"world", "channel", *vehicles}
@@ -89,16 +89,16 @@ _NAMES: Final = tuple(f"vehicle-{vehicle:02d}" for vehicle in range(1, SIZE + 1)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExpectedEnd:
-    """What may become of a run: exit codes with the first line on stderr, and by when, s."""
+    """The allowed ends of a run: exit codes, each with the first line on stderr, and a limit, s."""
 
     ends: dict[int, str]
     within_s: float = 2.0
     cut: bool = False
-    """Whether the log need not be whole."""
+    """Whether the log may be cut."""
 
 
 def expected_of(case: Case) -> ExpectedEnd:
-    """What is documented for a case (docs/ends.md)."""
+    """Return the end that docs/ends.md gives for a case."""
     if case.victim == "command":
         return _expected_of_command(case.blow)
     complete = {0: ""}
@@ -111,11 +111,11 @@ def expected_of(case: Case) -> ExpectedEnd:
     line = f"{case.process} {how}"
     within_s = 2.0 if case.blow in died else STALL_LIMIT_S + 2.0
     if case.mode == "realtime" and case.victim == "vehicle":
-        if case.moment == "start":  # as long as the run has not begun, everybody is needed
+        if case.moment == "start":  # a run needs every process until it has begun
             return ExpectedEnd(ends={3: line, 0: f"{line}; the run goes on"}, within_s=30.0)
         at_end = case.blow == "STOP" and case.moment == "last"
-        told = "" if at_end else f"{line}; the run goes on"
-        return ExpectedEnd(ends={0: told}, within_s=30.0)
+        message = "" if at_end else f"{line}; the run goes on"
+        return ExpectedEnd(ends={0: message}, within_s=30.0)
     ends = {3: line}
     if case.moment == "last":
         ends[0] = ""
@@ -134,7 +134,7 @@ def _expected_of_command(blow: str) -> ExpectedEnd:
 
 @dataclass(slots=True)
 class Found:
-    """What was seen of a case: what is wrong, how long the end took, what the log has lost (s)."""
+    """The observed end of a case: what is wrong, its duration, and what the log has lost, s."""
 
     case: Case
     wrong: list[str] = field(default_factory=list)
@@ -146,7 +146,7 @@ class Found:
 
 
 class Watcher:
-    """Hears the clock of a run, as any observer may."""
+    """Receives the clock of a run, as any observer may."""
 
     def __init__(self) -> None:
         self.newest = pb.Clock()
@@ -159,7 +159,7 @@ class Watcher:
             self.changed.notify_all()
 
     def wait_for(self, cycle: int, limit_s: float) -> bool:
-        """Whether the run has come to a cycle, after at most so long."""
+        """Return whether the run reaches a cycle within the limit."""
         with self.changed:
             return self.changed.wait_for(lambda: self.newest.cycle >= cycle, limit_s)
 
@@ -175,7 +175,7 @@ def watching(out: Path) -> Iterator[Watcher]:
 
 
 def scenario_of(mode: str) -> str:
-    """The scenario that is run in a mode, as YAML."""
+    """Return the scenario of a mode, as YAML."""
     clock = "realtime" if mode == "realtime" else "lock-step"
     return _SCENARIO.format(
         duration_s=CYCLES[mode] / 10, limit_s=STALL_LIMIT_S, clock=clock, size=SIZE
@@ -184,7 +184,7 @@ def scenario_of(mode: str) -> str:
 
 @cache
 def undisturbed(mode: str) -> str:
-    """Fingerprint of a lock-step run that nobody disturbs."""
+    """Return the fingerprint of an undisturbed run in lock-step."""
     with tempfile.TemporaryDirectory(prefix="chaos-") as folder:
         log = run(Path(folder) / "alone", scenario_of(mode), "--bus", "in-process")
         return log.result["fingerprint"]
@@ -214,12 +214,12 @@ def try_case(case: Case, folder: Path) -> Found:
 
 
 def _strike(started: Command, case: Case, out: Path) -> pb.Clock:
-    """Wait for the moment and hit; the newest clock message by then."""
+    """Wait for the moment, hit, and return the newest clock message by then."""
     if case.moment == "start":
         first = "world" if case.victim == "command" else case.process
         started.wait_for_children({first})
-        # The sleep waits for nothing: it spreads the blows over the start of the fleet.
-        # No assertion depends on how far the start has come when the blow falls.
+        # The sleep waits for nothing: it spreads the signals over the start of the fleet.
+        # No assertion depends on the progress of the start at the signal.
         time.sleep(0.3 * case.at)
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
@@ -230,9 +230,7 @@ def _strike(started: Command, case: Case, out: Path) -> pb.Clock:
     started.wait_for_children(case.others)
     with watching(out) as watcher:
         cycles = CYCLES[case.mode]
-        most = (
-            0.35 if case.mode == "realtime" else 0.8
-        )  # so that a stall limit passes before the end
+        most = 0.35 if case.mode == "realtime" else 0.8  # so a stall limit passes before the end
         share = (0.02 + most * case.at) if case.moment == "middle" else 1.0
         watcher.wait_for(max(1, round(share * cycles) - (case.moment == "last")), 60.0)
         _hit(started, case)
@@ -246,12 +244,12 @@ def _hit(started: Command, case: Case) -> None:
         return
     try:
         started.send_to_child(case.process, number)
-    except ProcessLookupError:  # it has done its part
+    except ProcessLookupError:  # it has finished
         return
 
 
 def _go_on_later(started: Command, case: Case) -> None:
-    """Let a process that was stopped go on, if that is how it is meant."""
+    """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
         time.sleep(PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0)
         started.send(signal.SIGCONT)
@@ -263,8 +261,8 @@ def _go_on_later(started: Command, case: Case) -> None:
             return
 
 
-def _complete_all_the_same(found: Found) -> bool:
-    """Whether the command says that who was hit had done its part."""
+def _completed_anyway(found: Found) -> bool:
+    """Return whether the command reports that the victim had finished."""
     if found.code == 0:
         name = f"{found.case.process} "
         return found.message.startswith(name) and found.message.endswith("the run is complete")
@@ -276,7 +274,7 @@ def _judge_end(found: Found, outcome: Outcome, started: Command) -> None:
     first = found.message
     if outcome.code not in expected.ends:
         found.wrong.append(f"exit code {outcome.code}, allowed: {sorted(expected.ends)}")
-    elif case.moment == "last" and _complete_all_the_same(found):
+    elif case.moment == "last" and _completed_anyway(found):
         pass
     elif first != expected.ends[outcome.code] and not (outcome.code == 0 and not first):
         found.wrong.append(f"stderr says {first!r}, not {expected.ends[outcome.code]!r}")
@@ -293,9 +291,9 @@ def _temporary(started: Command) -> list[str]:
 
 
 def _judge_log(found: Found, path: Path, clock: pb.Clock) -> None:
-    """Whether the log is readable and says how the run ended; how much it has lost."""
+    """Check that the log is readable and has the end of the run, and measure what it has lost."""
     case = found.case
-    if not path.exists() or not path.stat().st_size:  # nothing is written before it is known what
+    if not path.exists() or not path.stat().st_size:  # the log starts with the first cycle
         if case.moment != "start" or found.code == 0:
             found.wrong.append("no log")
         return
@@ -315,7 +313,7 @@ def _judge_log(found: Found, path: Path, clock: pb.Clock) -> None:
 
 
 def _judge_result(found: Found, log: Log) -> None:
-    """A log says `complete` if the command does, and then it has the undisturbed fingerprint."""
+    """Check that the log is complete if the command says so, with the undisturbed fingerprint."""
     complete = log.result["end"] == "complete"
     killed = found.code == -signal.SIGKILL
     asked_late = found.code == 130 and found.message == COMPLETE_BY_THEN
@@ -327,7 +325,7 @@ def _judge_result(found: Found, log: Log) -> None:
 
 
 def all_kinds() -> list[Case]:
-    """Every kind of case once."""
+    """Return one case of every kind."""
     return [
         Case(victim=victim, blow=blow, mode=mode, moment=moment)
         for victim in VICTIMS
@@ -338,7 +336,7 @@ def all_kinds() -> list[Case]:
 
 
 def random_cases(count: int, seed: int) -> list[Case]:
-    """So many cases at random moments: all kinds in turn, in a random order."""
+    """Return `count` cases at random moments: all kinds in turn, in a random order."""
     rng, kinds = random.Random(seed), all_kinds()
     found: list[Case] = []
     while len(found) < count:
@@ -352,26 +350,26 @@ def random_cases(count: int, seed: int) -> list[Case]:
 
 
 def table(results: Sequence[Found]) -> str:
-    """A row for each victim, blow and mode: how often, exit codes, longest time, loss, wrong."""
+    """Return a row for each victim, signal and mode: runs, exit codes, time, loss, wrong ends."""
     rows: dict[tuple[str, str, str], list[Found]] = defaultdict(list)
     for one in results:
         rows[one.case.victim, one.case.blow, one.case.mode].append(one)
     lines = ["victim   signal    mode      runs  took s  lost s  wrong  exit codes"]
     for (victim, blow, mode), found in sorted(rows.items()):
         codes = [one.code for one in found]
-        told = ", ".join(f"{code}: {codes.count(code)}" for code in sorted(set(codes)))
+        exits = ", ".join(f"{code}: {codes.count(code)}" for code in sorted(set(codes)))
         took_s = max((one.took_s for one in found if one.code), default=0.0)
         lost_s = max(one.lost_s for one in found)
         wrong = sum(bool(one.wrong) for one in found)
         lines.append(
             f"{victim:8} {blow:9} {mode:9} {len(found):4} {took_s:7.2f} {lost_s:7.2f} {wrong:6}  "
-            + told
+            + exits
         )
     return "\n".join(lines)
 
 
 def main() -> int:
-    """Run cases and print the table; 1 where anything was wrong."""
+    """Run cases and print the table. Return 1 if any end is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
@@ -381,7 +379,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="chaos-") as name:
         folders = [Path(name) / str(number) for number in range(len(cases))]
         with ThreadPoolExecutor(options.jobs) as pool:
-            results = list(pool.map(partial(_tell, len(cases)), cases, folders))
+            results = list(pool.map(partial(_try_and_print, len(cases)), cases, folders))
     print(table(results))
     wrong = [one for one in results if one.wrong]
     for one in wrong:
@@ -390,10 +388,10 @@ def main() -> int:
     return bool(wrong)
 
 
-def _tell(count: int, case: Case, folder: Path) -> Found:
+def _try_and_print(count: int, case: Case, folder: Path) -> Found:
     try:
         found = try_case(case, folder)
-    except pytest.fail.Exception as error:  # something was waited for in vain
+    except pytest.fail.Exception as error:  # a wait has timed out
         found = Found(case, [str(error)])
     print(
         f"{int(folder.name) + 1} of {count}: {case}: {found.wrong or 'as documented'}", flush=True

@@ -1,6 +1,6 @@
-"""Runs the `zenvoy` command as its users do, and reads the logs that it leaves.
+"""Helpers run the `zenvoy` command as its users do, and read the logs that it writes.
 
-Every wait is for a fact, never for a time, and fails by name after LIMIT_S.
+Every wait is for a fact, never for a time. After LIMIT_S it fails and names the fact.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from mcap.exceptions import EndOfFile
 from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
-# Something else may keep every core busy: an example that takes long says nothing.
+# Other programs may keep every core busy, so the time of an example has no meaning.
 settings.register_profile("busy", deadline=None)
 settings.load_profile("busy")
 
@@ -55,7 +55,7 @@ class Logged(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """A log as read from front to back, or up to where it is cut (`whole` False)."""
+    """A log that is read from front to back, or up to its cut (`whole` is False)."""
 
     header: Header
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -66,17 +66,17 @@ class Log:
     whole: bool = False
 
     def of(self, topic: str) -> list[Logged]:
-        """Messages of one topic, in the order in which they were written."""
+        """Return the messages of one topic in the order of the file."""
         return [message for message in self.messages if message.topic == topic]
 
     @property
     def result(self) -> dict[str, str]:
-        """How the run ended."""
+        """Return the metadata on the end of the run."""
         return self.metadata["zenvoy.result"]
 
 
 def read_log(path: Path) -> Log:
-    """Read a log as a stream; one that is cut is read up to the cut."""
+    """Read a log as a stream, up to its cut if it has one."""
     with path.open("rb") as file:
         records = iter(StreamReader(file).records)
         header = next(records)
@@ -86,7 +86,7 @@ def read_log(path: Path) -> Log:
             for record in records:
                 _take(log, record)
                 whole = whole or isinstance(record, Footer)
-        except (EndOfFile, struct.error):  # the latter where it is cut within a length
+        except (EndOfFile, struct.error):  # struct.error if the cut is inside a length
             pass
     return Log(
         log.header,
@@ -114,17 +114,17 @@ def _take(log: Log, record: object) -> None:
 
 
 def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) -> None:
-    """Return when `fact` holds; fail with `what` when it does not for `limit_s`."""
+    """Return when `fact` holds. Fail with `what` if it does not hold within `limit_s`."""
     deadline = time.monotonic() + limit_s
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # between two looks
+        time.sleep(0.01)  # between two checks
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The exit code of a command, and what it printed."""
+    """The exit code of a command, and its output."""
 
     code: int
     out: str
@@ -132,7 +132,7 @@ class Outcome:
 
 
 class Command:
-    """A `zenvoy` command under way, in a process group of its own, in the folder `cwd`."""
+    """A running `zenvoy` command, with its own process group, in the folder `cwd`."""
 
     def __init__(
         self,
@@ -161,16 +161,16 @@ class Command:
 
     @property
     def pid(self) -> int:
-        """Process id of the command, which is also that of its process group."""
+        """Return the id of the command, which is also that of its process group."""
         return self._process.pid
 
     @property
     def out(self) -> str:
-        """Return what the command has printed so far."""
+        """Return the output of the command so far."""
         return self._out.read_text(encoding="utf-8")
 
     def children(self) -> dict[str, list[str]]:
-        """Titles of its child processes by name, in words, as in /proc/<pid>/cmdline."""
+        """Return the titles of its child processes by name, split as in /proc/<pid>/cmdline."""
         titles: dict[str, list[str]] = {}
         self._pids: dict[str, int] = {}
         for child in psutil.Process(self.pid).children():
@@ -181,7 +181,7 @@ class Command:
         return titles
 
     def wait_for_children(self, names: set[str]) -> dict[str, int]:
-        """Process ids by name once all of `names` are there; they are watched from then on."""
+        """Return process ids by name once all of `names` exist, and watch them from then on."""
         wait_until(
             lambda: self._ended() or names <= self.children().keys(),
             f"the processes {', '.join(sorted(names))} are there",
@@ -194,11 +194,11 @@ class Command:
     def wait_for_cycles(self, log: Path) -> None:
         """Return once the log on disk has reached a cycle."""
 
-        def told() -> bool:
+        def has_cycles() -> bool:
             big_enough = log.exists() and log.stat().st_size > 20_000
             return self._ended() or (big_enough and bool(read_log(log).of("/fleet/truth")))
 
-        wait_until(told, f"{log} has reached a cycle")
+        wait_until(has_cycles, f"{log} has reached a cycle")
         assert not self._ended(), self.wait()
 
     def send(self, number: signal.Signals) -> None:
@@ -210,11 +210,11 @@ class Command:
         os.killpg(self.pid, number)
 
     def send_to_child(self, name: str, number: signal.Signals) -> None:
-        """Send a signal to a child seen before, and to nobody who may have got its number since."""
+        """Send a signal to a watched child, and never to a process that reuses its id."""
         signal.pidfd_send_signal(self._pidfds[name], number)
 
     def wait(self, limit_s: float = LIMIT_S) -> Outcome:
-        """Return the outcome when the command has ended."""
+        """Wait until the command has ended, and return its outcome."""
         try:
             code = self._process.wait(limit_s)
         except subprocess.TimeoutExpired:
@@ -222,7 +222,7 @@ class Command:
         return Outcome(code, self.out, self._err.read_text(encoding="utf-8"))
 
     def left(self, limit_s: float = LIMIT_S) -> list[str]:
-        """Children seen before that do not end within `limit_s` (0: that have not ended)."""
+        """Return the watched children that do not end within `limit_s` (0: that still run)."""
         deadline = time.monotonic() + limit_s
         return [
             name
@@ -231,7 +231,7 @@ class Command:
         ]
 
     def close(self) -> None:
-        """End all processes of the command that are left."""
+        """End all remaining processes of the command."""
         if self._process.poll() is None or self.left(0.0):
             self.send_to_group(signal.SIGKILL)
         self._process.wait(LIMIT_S)
@@ -257,9 +257,9 @@ def _title(pid: int) -> list[str]:
 
 
 def _as_in_a_terminal(limit: tuple[int, int] | None) -> None:
-    """Ctrl-C ends it, though a shell that puts the tests into the background ignores it for all.
+    """Let Ctrl-C end the process even if a shell runs the tests in the background.
 
-    `limit`: which resource to hold to which size, as a shell's `ulimit` does.
+    `limit` is a resource and its limit, as in a shell's `ulimit`.
     """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     die_with_the_tests()
@@ -268,13 +268,13 @@ def _as_in_a_terminal(limit: tuple[int, int] | None) -> None:
 
 
 def die_with_the_tests() -> None:
-    """Have the kernel end this process when that of the tests ends, even by kill -9."""
+    """Make the kernel end this process when that of the tests ends, even by kill -9."""
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 @contextmanager
 def command(cwd: Path, *arguments: str, **options: Any) -> Iterator[Command]:
-    """A command that is ended with the context, whatever happens in it."""
+    """Start a command that ends with the context, whatever happens in it."""
     started = Command(cwd, *arguments, **options)
     try:
         yield started
@@ -289,9 +289,9 @@ def zenvoy(cwd: Path, *arguments: str, **options: Any) -> Outcome:
 
 
 def run(folder: Path, scenario: str, *arguments: str) -> Log:
-    """Run a scenario, given as YAML, in a new folder; the log of the run, which must succeed.
+    """Run a scenario, given as YAML, in a new folder, and return the log of the run.
 
-    It may be one of which `zenvoy run` notes what is hardly meant.
+    The run must succeed, but may have notes on its scenario.
     """
     folder.mkdir()
     (folder / "s.yaml").write_text(scenario)

@@ -1,4 +1,4 @@
-"""The fleet that receives wrong messages, and right messages of one of its cycles."""
+"""A fleet for tests of wrong messages, and valid messages of one of its cycles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ control: {v2v_wait_ms: 50, system_delay_ms: 70}
 channel: {technology: lte-a-pro, loss: {p: 0.2}}
 events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}]
 """
-MOST_LINES: Final = 22  # 20 kinds and sources, that there are more, and the counts
+MOST_LINES: Final = 22  # 20 kinds and sources, a line that there are more, and the counts
 K: Final = 5  # the cycle
 T_NS: Final = 100_000_000
 AT: Final[dict[str, Any]] = {"cycle": K, "time_ns": K * T_NS}

@@ -1,4 +1,4 @@
-"""A request to end within a fork, where Python ignores what a signal handler raises."""
+"""A request to end arrives during a fork, where Python ignores what a signal handler raises."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ os.register_at_fork(before=_strike)
 
 @contextmanager
 def strike_at_fork(number: signal.Signals) -> Iterator[None]:
-    """Send this process a signal within its next fork."""
+    """Send this process a signal during its next fork."""
     _armed.append(number)
     try:
         yield

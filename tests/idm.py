@@ -1,4 +1,4 @@
-"""A law of one's own, as a user writes it: the text of a file `idm.py` that defines `smith`."""
+"""A user's own law: the text of a file `idm.py` that defines `smith`."""
 
 from __future__ import annotations
 

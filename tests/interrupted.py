@@ -1,4 +1,4 @@
-"""Interrupts a run of the `zenvoy` command, and judges what the run leaves."""
+"""A helper interrupts a run of the `zenvoy` command, and checks the files that it leaves."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.conftest import command, read_log
 
 
 def assert_keeps_its_log(folder: Path, number: signal.Signals, *arguments: str) -> None:
-    """Run with `arguments` in `folder`, and send the signal once the log has reached a cycle."""
+    """Run with `arguments` in `folder`, interrupt the run in a cycle, and check its log."""
     with command(folder, "run", *arguments, "--out", "o") as started:
         started.wait_for_cycles(folder / "o" / "run.mcap")
         started.send(number)

@@ -1,4 +1,4 @@
-"""Takes logs apart and puts them together again: as records of MCAP, and as messages."""
+"""Helpers take logs apart into records or messages, and put them together again."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _HEAD: Final = struct.Struct("<BQ")
 
 
 class Record(NamedTuple):
-    """A record as it stands in the file."""
+    """A record as it is in the file."""
 
     opcode: int
     body: bytes
 
 
 def taken_apart(content: bytes) -> list[Record]:
-    """Records of a file that is whole, or up to its cut."""
+    """Return the records of a complete file, or up to its cut."""
     records, at = [], len(MCAP0_MAGIC)
     while at + _HEAD.size <= len(content) - len(MCAP0_MAGIC):
         opcode, length = _HEAD.unpack_from(content, at)
@@ -41,13 +41,13 @@ def taken_apart(content: bytes) -> list[Record]:
 
 
 def put_together(records: Iterable[Record]) -> bytes:
-    """A file of records, with both its ends; no checksum is made good."""
+    """Return a file of records, with both its ends. Checksums stay as they are."""
     parts = [_HEAD.pack(opcode, len(body)) + body for opcode, body in records]
     return MCAP0_MAGIC + b"".join(parts) + MCAP0_MAGIC
 
 
 def with_data_crc(content: bytes) -> bytes:
-    """The file with a CRC of its data section that holds."""
+    """Return the file with a valid CRC of its data section."""
     records, at = [], len(MCAP0_MAGIC)
     for record in taken_apart(content):
         if record.opcode == Opcode.DATA_END:
@@ -59,25 +59,25 @@ def with_data_crc(content: bytes) -> bytes:
 
 
 def chunks_among(records: Iterable[Record]) -> list[int]:
-    """Which of the records are chunks, by their indices."""
+    """Return the indices of the records that are chunks."""
     return [i for i, record in enumerate(records) if record.opcode == Opcode.CHUNK]
 
 
 def chunk_of(record: Record) -> Chunk:
-    """The chunk that a record is."""
+    """Return the chunk in a record."""
     chunk: Chunk = Chunk.read(ReadDataStream(BytesIO(record.body)))
     return chunk
 
 
 def record_of(chunk: Chunk) -> Record:
-    """The record of a chunk."""
+    """Return the record of a chunk."""
     builder = RecordBuilder()
     chunk.write(builder)
     return Record(Opcode.CHUNK, bytes(builder.end())[_HEAD.size :])
 
 
 def with_content(chunk: Chunk, data: bytes) -> Chunk:
-    """The chunk with other records in it, and sizes and CRC that fit."""
+    """Return the chunk with other content, and with sizes and CRC that fit."""
     return replace(
         chunk,
         data=zstandard.compress(data),
@@ -88,7 +88,7 @@ def with_content(chunk: Chunk, data: bytes) -> Chunk:
 
 
 def content_of(chunk: Chunk) -> bytes:
-    """Records in a chunk."""
+    """Return the records in a chunk."""
     return zstandard.decompress(chunk.data, chunk.uncompressed_size)
 
 
@@ -96,14 +96,14 @@ Change = Callable[[int, Logged], Iterable[Logged]]
 
 
 def add_beside(writer: Any, log: Log) -> None:
-    """Write what a log holds beside its messages: metadata and attachments."""
+    """Write the metadata and attachments of a log."""
     for name, metadata in log.metadata.items():
         writer.add_metadata(name, metadata)
     for name, data in log.attachments.items():
         writer.add_attachment(1, 1, name, "", data)
 
 
-def written_anew(
+def rewritten(
     log: Log,
     change: Change = lambda _, message: (message,),
     *,
@@ -111,7 +111,7 @@ def written_anew(
     chunked: bool = True,
     chunk_size: int = 1 << 20,
 ) -> bytes:
-    """The log as another tool would write it: well formed, each message put through `change`."""
+    """Return the log as another tool would write it, each message passed through `change`."""
     file = BytesIO()
     writer: Any = Writer(file, chunk_size=chunk_size, compression=compression, use_chunking=chunked)
     writer.start()

@@ -1,4 +1,4 @@
-"""Logs of small runs, made in this process by the parts that a run is made of."""
+"""Helpers write logs of small runs in this process, with the parts of a real run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from zenvoy.world.recorder import Recorder
 
 
 def chunk_every(cycles: int) -> WallClock:
-    """A clock by which a log has a chunk for every so many cycles."""
+    """Return a clock with which a log has a chunk for every `cycles` cycles."""
     ticks = count()
     return lambda: next(ticks) * (500_000_001 // cycles + 1)
 
@@ -34,9 +34,9 @@ def write_log(
     lost: str = "",
     clock: WallClock = wall_ns,
 ) -> Path:
-    """Run a scenario, given as YAML, and log it; `until_cycle`: the run is interrupted there.
+    """Run a scenario, given as YAML, and log it. The run is interrupted at `until_cycle`.
 
-    `lost`: a process that is then said to be lost.
+    `lost` is a process that the log then reports as lost.
     """
     source = path.with_suffix(".yaml")
     source.write_text(scenario)

@@ -1,7 +1,7 @@
-"""Scenarios changed at random: each loads or is refused in clear lines, and what loads also runs.
+"""Randomly changed scenarios load and run, or are refused in clear lines.
 
-`make mutants` (or `python -m tests.mutants 10000`) prints what became of them. A mutant that is
-accepted runs for 2 s in process, for 200 cycles at most, and not with more than 60 vehicles.
+`make mutants` (or `python -m tests.mutants 10000`) prints their fates. An accepted mutant runs in
+process for 2 s, for at most 200 cycles, and with at most 60 vehicles.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _LETTERS: Final = ":{}[]-,&*!#|>'\"%@`\t \n0123456789.eE~<xnaif\u2028é\x00"
 
 
 def text_mutant(text: str, draw: random.Random) -> str:
-    """A few characters or lines put in, taken out, doubled or swapped."""
+    """Return the text with a few characters or lines inserted, deleted, doubled or swapped."""
     for _ in range(draw.randint(1, 4)):
         at, end = sorted(draw.randint(0, len(text)) for _ in range(2))
         end = min(end, at + draw.randint(0, 12))
@@ -53,7 +53,7 @@ def text_mutant(text: str, draw: random.Random) -> str:
 
 
 def tree_mutant(values: Any, draw: random.Random) -> Any:
-    """Some values replaced, taken out or multiplied, anywhere in a scenario with all its values."""
+    """Replace, delete or multiply some values anywhere in a scenario with all its values."""
     for _ in range(draw.randint(1, 3)):
         holder = values
         while True:
@@ -79,13 +79,13 @@ def tree_mutant(values: Any, draw: random.Random) -> Any:
 
 
 def mutant(number: int) -> str:
-    """The text of a mutant; the same number gives the same text."""
+    """Return the text of a mutant, which depends on its number only."""
     draw = random.Random(number)
     name = draw.choice(list(packaged()))
     if draw.random() < 0.4:
         return text_mutant(packaged()[name].read_text(), draw)
     values = load(name).scenario.model_dump(mode="json")
-    for event in values["events"]:  # the corners of a drive cycle are alike
+    for event in values["events"]:  # the points of a drive cycle are all of one kind
         if "points" in event:
             event["points"] = event["points"][:5]
     stream = StringIO()
@@ -94,7 +94,7 @@ def mutant(number: int) -> str:
 
 
 def run(scenario: Scenario) -> bool:
-    """Run 2 s of it; whether every number of the truth is one."""
+    """Run 2 s of a scenario, and return whether the truth has no NaN."""
     cycles = max(1, min(200, round(2e9) // scenario.period_ns))
     changes = {"duration_s": cycles * scenario.period_ns * 1e-9, "clock": "lock-step", "speed": 1.0}
     scenario = scenario.model_copy(update=changes)
@@ -112,7 +112,7 @@ def run(scenario: Scenario) -> bool:
 
 
 def fate(number: int, folder: Path) -> str:
-    """What became of a mutant: "refused", "ran", or what is wrong."""
+    """Return the fate of a mutant: "refused", "ran", or what is wrong."""
     path = folder / "mutant.yaml"
     path.write_bytes(mutant(number).encode())
     began = time.monotonic()
@@ -126,7 +126,7 @@ def fate(number: int, folder: Path) -> str:
     except ScenarioError as error:
         lines = str(error).splitlines()
         return "refused" if 0 < len(lines) <= 21 else "refused in too many lines"
-    except Exception as error:  # noqa: BLE001  # which is what is looked for
+    except Exception as error:  # noqa: BLE001  # the test looks for these
         return f"traceback: {type(error).__name__}: {error}"[:200]
     if time.monotonic() - began > _HANGS_S:
         return "slow"
@@ -134,7 +134,7 @@ def fate(number: int, folder: Path) -> str:
 
 
 def main(count: int, first: int, folder: Path) -> Counter[str]:
-    """What became of mutants; those that are wrong are printed with their numbers."""
+    """Return the fates of mutants, and print the numbers of those that are wrong."""
     fates: Counter[str] = Counter()
     for number in range(first, first + count):
         found = fate(number, folder)
@@ -149,6 +149,6 @@ if __name__ == "__main__":
 
     with tempfile.TemporaryDirectory() as name:
         asked = [int(argument) for argument in sys.argv[1:]] or [10_000]
-        told = main(asked[0], asked[1] if len(asked) > 1 else 0, Path(name))
-    for what, times in told.most_common():
+        fates = main(asked[0], asked[1] if len(asked) > 1 else 0, Path(name))
+    for what, times in fates.most_common():
         print(f"{times:6d}  {what}")

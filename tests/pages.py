@@ -1,4 +1,4 @@
-"""Reads HTML pages, and checks what must hold for each of them."""
+"""Helpers read HTML pages, and check what must hold for every page."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ VOID: Final = {"meta", "img", "br", "hr", "link", "input"}
 
 @dataclass
 class Read(HTMLParser):
-    """The contents of a page; fails on tags that are not closed in order."""
+    """The content of a page. Reading fails on tags that are not closed in order."""
 
     open: list[str] = field(default_factory=list)
     tags: list[tuple[str, dict[str, str | None]]] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Small tables in the forms in which others publish speeds. All figures are invented."""
+"""Small tables have the forms in which others publish speeds. All figures are invented."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ Test Time, secs\tTarget Speed, mph
 2\t5.9
 """
 
-# A spreadsheet saved in a country of decimal commas, with its units in a row of their own.
+# A spreadsheet with decimal commas, and with its units in a separate row.
 SPREADSHEET: Final = """\
 "Fahrt";"Versuch 3"
 Datum;12.03.2024
@@ -58,7 +58,7 @@ Time;Speed;Note
 1000;43,2;
 """
 
-# A logger's: dates, knots, a comment between rows.
+# A data logger's table: dates, knots, a comment between rows.
 LOGGER: Final = """\
 # logged by a GPS receiver
 timestamp,speed_kn

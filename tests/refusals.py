@@ -1,4 +1,4 @@
-"""The message with which a scenario is refused."""
+"""A helper returns the message with which a scenario is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads a scenario that must be refused."""
+"""A helper loads a scenario that must be refused."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zenvoy.scenarios import ScenarioError, load
 
 
 def refused(folder: Path, text: str) -> list[str]:
-    """Write a scenario to `s.yaml` in `folder`; return the lines with which it is refused."""
+    """Write a scenario to `s.yaml` in `folder`, and return the lines with which it is refused."""
     path = folder / "s.yaml"
     path.write_text(text)
     with pytest.raises(ScenarioError) as error:

@@ -1,4 +1,4 @@
-"""Links and paths in the documentation lead somewhere, and its index has every page."""
+"""Links and paths in the documentation exist, and its index has every page."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ PATH: Final = re.compile(
     r"[\w./*-]*)`"
 )
 KEYS: Final = {topic.pattern for topic in TOPICS}  # `channel/links` is no folder
-# These two say where things are; other pages may name files of examples and of the past.
+# These two name existing files. Other pages may also name files of examples and of the past.
 MAPS: Final = [ROOT / "CONTRIBUTING.md", ROOT / "docs" / "architecture.md"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_have_targets(page: Path) -> None:
     missing = [to for to in LINK.findall(page.read_text()) if not (page.parent / to).exists()]
     assert missing == []
 
@@ -42,6 +42,6 @@ def test_the_index_has_every_page() -> None:
 
 
 def test_nothing_points_to_a_document_outside() -> None:
-    """The design stands in docs/architecture.md, and nowhere else."""
+    """The design is in docs/architecture.md, and nowhere else."""
     files = [path for folder in ROOT.glob("*/py.typed") for path in folder.parent.rglob("*.py")]
     assert [path for path in (*files, *PAGES) if "DESIGN" in path.read_text()] == []

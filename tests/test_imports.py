@@ -1,4 +1,4 @@
-"""Imports point one way: as the arrows of docs/architecture.md do."""
+"""Imports point one way, as do the arrows in docs/architecture.md."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ MAY_IMPORT: Final[dict[str, set[str]]] = {
 
 FACADE: Final = {path.stem for path in (ROOT / "zenvoy").glob("*.py")}
 
-# Rooms inside a package: its own modules outside of any room are named by their file.
-ROOMS: Final[dict[str, dict[str, set[str]]]] = {
+# Subfolders of a package. A module outside all of them is named by its file.
+SUBFOLDERS: Final[dict[str, dict[str, set[str]]]] = {
     "analysis": {
         "log": set(),
         "measures": {"log"},
@@ -53,7 +53,7 @@ ROOMS: Final[dict[str, dict[str, set[str]]]] = {
 
 
 def imported(tree: ast.AST) -> Iterator[str]:
-    """Dotted name of everything that is imported, wherever in the file."""
+    """Yield the dotted name of every import, anywhere in the file."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -64,8 +64,8 @@ def imported(tree: ast.AST) -> Iterator[str]:
                 yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def complaints(source: str, package: str, module: str) -> list[str]:
-    """What is wrong with the imports of a module of one of the packages."""
+def violations(source: str, package: str, module: str) -> list[str]:
+    """Return what is wrong with the imports of a module of a package."""
     found = []
     own = FACADE if package == "zenvoy" else {package}
     for name in imported(ast.parse(source)):
@@ -82,10 +82,10 @@ def complaints(source: str, package: str, module: str) -> list[str]:
     return found
 
 
-def complaints_about_rooms(source: str, package: str, room: str) -> list[str]:
-    """What is wrong with the imports of a module in a room of a package.
+def violations_in_subfolder(source: str, package: str, subfolder: str) -> list[str]:
+    """Return what is wrong with the imports of a module in a subfolder of a package.
 
-    A room may not import the package itself either: its `__init__` imports the rooms.
+    A subfolder must not import the package itself, whose `__init__` imports the subfolders.
     """
     found = []
     for name in imported(ast.parse(source)):
@@ -93,10 +93,10 @@ def complaints_about_rooms(source: str, package: str, room: str) -> list[str]:
         other, _, inside = rest.partition(".")
         target = inside.partition(".")[0]
         if first == "zenvoy" and other == package:
-            if target not in ROOMS[package]:
+            if target not in SUBFOLDERS[package]:
                 found.append(f"{name}: the package as a whole")
-            elif target != room and target not in ROOMS[package][room]:
-                found.append(f"{name}: not from {room}")
+            elif target != subfolder and target not in SUBFOLDERS[package][subfolder]:
+                found.append(f"{name}: not from {subfolder}")
     return found
 
 
@@ -106,30 +106,30 @@ MODULES: Final = sorted(path for package in MAY_IMPORT for path in (ROOT / packa
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_imports_point_one_way(path: Path) -> None:
     package = path.relative_to(ROOT).parts[0]
-    assert complaints(path.read_text(), package, path.stem) == []
+    assert violations(path.read_text(), package, path.stem) == []
 
 
-IN_ROOMS: Final = [
+IN_SUBFOLDERS: Final = [
     (path.relative_to(ROOT), package, path.relative_to(ROOT / package).parts[0].removesuffix(".py"))
     for path in MODULES
-    if (package := path.relative_to(ROOT).parts[0]) in ROOMS
+    if (package := path.relative_to(ROOT).parts[0]) in SUBFOLDERS
     and path != ROOT / package / "__init__.py"
 ]
 
 
-@pytest.mark.parametrize(("path", "package", "room"), IN_ROOMS, ids=str)
-def test_imports_between_rooms_point_one_way(path: Path, package: str, room: str) -> None:
-    assert room in ROOMS[package], f"{path}: stands in no room"
-    assert complaints_about_rooms((ROOT / path).read_text(), package, room) == []
+@pytest.mark.parametrize(("path", "package", "subfolder"), IN_SUBFOLDERS, ids=str)
+def test_imports_between_subfolders_point_one_way(path: Path, package: str, subfolder: str) -> None:
+    assert subfolder in SUBFOLDERS[package], f"{path}: is in no known subfolder"
+    assert violations_in_subfolder((ROOT / path).read_text(), package, subfolder) == []
 
 
-def test_rooms_have_no_cycle() -> None:
-    for rooms in ROOMS.values():
-        order = tuple(TopologicalSorter(rooms).static_order())  # raises CycleError
-        assert set(order) == set(rooms)
+def test_subfolders_have_no_cycle() -> None:
+    for subfolders in SUBFOLDERS.values():
+        order = tuple(TopologicalSorter(subfolders).static_order())  # raises CycleError
+        assert set(order) == set(subfolders)
 
 
-def test_every_room_is_installed() -> None:
+def test_every_subfolder_is_installed() -> None:
     """The list of packages in pyproject.toml is written by hand."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
     folders = {path.parent for name in MAY_IMPORT for path in (ROOT / name).rglob("__init__.py")}
@@ -137,7 +137,7 @@ def test_every_room_is_installed() -> None:
     assert set(settings["packages"]) == (names - {"zenvoy.zenvoy"}) | {"zenvoy"}  # the façade
 
 
-def test_every_package_is_looked_at() -> None:
+def test_every_package_is_checked() -> None:
     assert {path.relative_to(ROOT).parts[0] for path in MODULES} == set(MAY_IMPORT)
     assert {path.parent.name for path in ROOT.glob("*/__init__.py")} == set(MAY_IMPORT)
 
@@ -177,7 +177,7 @@ def test_every_package_is_looked_at() -> None:
     ],
 )
 def test_a_wrong_import_is_found(package: str, source: str) -> None:
-    assert len(complaints(source, package, "made_up")) == 1
+    assert len(violations(source, package, "made_up")) == 1
 
 
 @pytest.mark.parametrize(
@@ -193,12 +193,12 @@ def test_a_wrong_import_is_found(package: str, source: str) -> None:
         ("analysis", "log", "import timeit\nfrom datetime import time\nimport numpy as np"),
     ],
 )
-def test_a_right_import_is_none(package: str, module: str, source: str) -> None:
-    assert complaints(source, package, module) == []
+def test_a_right_import_is_accepted(package: str, module: str, source: str) -> None:
+    assert violations(source, package, module) == []
 
 
 @pytest.mark.parametrize(
-    ("package", "room", "source"),
+    ("package", "subfolder", "source"),
     [
         ("analysis", "log", "from zenvoy.analysis.page.files import write_whole"),
         ("analysis", "measures", "from zenvoy.analysis.theory import laws"),
@@ -210,12 +210,14 @@ def test_a_right_import_is_none(package: str, module: str, source: str) -> None:
         ("scenarios", "reading", "from zenvoy.scenarios import Scenario"),
     ],
 )
-def test_a_wrong_import_between_rooms_is_found(package: str, room: str, source: str) -> None:
-    assert len(complaints_about_rooms(source, package, room)) == 1
+def test_a_wrong_import_between_subfolders_is_found(
+    package: str, subfolder: str, source: str
+) -> None:
+    assert len(violations_in_subfolder(source, package, subfolder)) == 1
 
 
 @pytest.mark.parametrize(
-    ("package", "room", "source"),
+    ("package", "subfolder", "source"),
     [
         ("analysis", "log", "from zenvoy.analysis.log.records import Reader"),
         ("analysis", "chapters", "from zenvoy.analysis.page import style"),
@@ -223,5 +225,7 @@ def test_a_wrong_import_between_rooms_is_found(package: str, room: str, source: 
         ("scenarios", "reading", "from zenvoy.scenarios.schema.scenario import Scenario"),
     ],
 )
-def test_a_right_import_between_rooms_is_none(package: str, room: str, source: str) -> None:
-    assert complaints_about_rooms(source, package, room) == []
+def test_a_right_import_between_subfolders_is_accepted(
+    package: str, subfolder: str, source: str
+) -> None:
+    assert violations_in_subfolder(source, package, subfolder) == []

@@ -1,4 +1,4 @@
-"""Agents of real time in this process, on a clock that stands while one acts: without any load."""
+"""Real-time agents run in this process on a virtual clock, which stops while an agent acts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from zenvoy.world.realtime import RealtimeWorld
 
 Logged = list[tuple[str, int, bytes]]
 Delay = Callable[[Envelope, int], int | None]
-"""Ns that a message takes which is sent at an instant (ns); None: it is lost."""
+"""The delay, ns, of a message that is sent at a time, ns, or None if it is lost."""
 
 
 class VirtualBus:
-    """Drives agents as RealtimeBus does, but for the clock: it stands while somebody acts."""
+    """Drives agents as RealtimeBus does, but on a clock that stops while an agent acts."""
 
     def __init__(self, agents: Sequence[RealtimeAgent], delay: Delay = lambda *_: 0) -> None:
-        self._agents = agents  # at the same instant the first acts first
+        self._agents = agents  # at equal times, the first agent acts first
         self._delay = delay
         self._on_the_way: list[tuple[int, int, RealtimeAgent, Envelope]] = []
         self._sent = 0
@@ -32,7 +32,7 @@ class VirtualBus:
         self.logged: Logged = []
 
     def run(self) -> None:
-        """Until the world, the agent of role `world`, is done."""
+        """Run until the world, the agent of role `world`, is done."""
         world = next(agent for agent in self._agents if agent.role == "world")
         now_ns = 0
         while not world.done:
@@ -73,7 +73,7 @@ class VirtualBus:
 
 
 def realtime_agents(scenario: Scenario) -> list[RealtimeAgent]:
-    """Those of a run, in the order in which they act where they act at the same instant."""
+    """Return the agents of a run, in the order in which they act at equal times."""
     vehicles = range(1, scenario.fleet.size + 1)
     return [
         RealtimeChannel(scenario),
@@ -83,14 +83,14 @@ def realtime_agents(scenario: Scenario) -> list[RealtimeAgent]:
 
 
 def in_virtual_time(scenario: Scenario, delay: Delay = lambda *_: 0) -> Logged:
-    """What a run in real time logs where messages take as long as `delay` says."""
+    """Return what a run in real time logs if messages take as long as `delay` says."""
     bus = VirtualBus(realtime_agents(scenario), delay)
     bus.run()
     return bus.logged
 
 
 def in_lock_step(scenario: Scenario) -> Logged:
-    """What a run in lock-step logs."""
+    """Return what a run in lock-step logs."""
     logged: Logged = []
 
     def log(topic: Topic[Any], time_ns: int, payload: bytes) -> None:

@@ -1,13 +1,13 @@
-"""Runs every command that reads logs on mutated logs: none may end in a traceback, or hang.
+"""Every command that reads logs runs on mutated logs. None may end in a traceback, or hang.
 
     python -m tests.mutated_logs [MUTANTS] [--seed SEED] [--draw PICTURES]
 
-Mutants are made of a few small logs, on three levels: bytes of the file, records of MCAP, and
-messages, where all checksums hold again. Each goes through `info --verify`, `analyze`, `export` and
-`compare`. Pictures are drawn as `trial.py` says, PICTURES at most.
+Mutants come from a few small logs on three levels: bytes of the file, records of MCAP, and messages
+with valid checksums. Each goes through `info --verify`, `analyze`, `export` and `compare`. At most
+PICTURES pictures are drawn, as `trial.py` says.
 
-Prints a table by kind of mutant, at SIGTERM that of the mutants so far, and exits with 1 if one
-ended in a traceback, took more than a minute, or was read without a word.
+The module prints a table by kind of mutant, on SIGTERM that of the mutants so far. It exits with 1
+if a mutant ends in a traceback, takes more than a minute, or is read without a report.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def _say(outcome: Outcome, wrong: list[str]) -> None:
 
 
 def main() -> int:
-    """Entry point of the module."""
+    """Run the module."""
     parser = argparse.ArgumentParser(prog="python -m tests.mutated_logs")
     parser.add_argument("mutants", type=int, nargs="?", default=10_000)
     parser.add_argument("--seed", type=int, default=1)

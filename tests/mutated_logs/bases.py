@@ -1,4 +1,4 @@
-"""Small logs that mutants are made of, and the form of a mutation."""
+"""Bases are small logs from which mutants are made. A mutation changes a base."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ control: {model: PBCM, v2v_wait_ms: 30}
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A log that mutants are made of."""
+    """A log from which mutants are made."""
 
     content: bytes
     log: Log
@@ -43,20 +43,20 @@ class Base:
 
     @property
     def records(self) -> list[Record]:
-        """Its records."""
+        """Return the records of the log."""
         return taken_apart(self.content)
 
 
 class Mutation(NamedTuple):
-    """A change of a log, which may leave it as it was."""
+    """A change of a log, which may have no effect."""
 
     change: Callable[[Base, Random], bytes]
-    audible: bool = True
-    """Whether every change that it makes must be reported."""
+    must_report: bool = True
+    """Whether every effect must be reported."""
 
 
 def bases(folder: Path) -> list[Base]:
-    """Small logs with several chunks each; one of them is of an interrupted run."""
+    """Return small logs with several chunks each. One is of an interrupted run."""
     paths = [
         write_log(folder / f"{name}.mcap", scenario, clock=chunk_every(5))
         for name, scenario in _SCENARIOS.items()

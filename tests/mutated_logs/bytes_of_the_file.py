@@ -1,4 +1,4 @@
-"""Mutations of the bytes of a log, whatever stands there."""
+"""Mutations change arbitrary bytes of a log."""
 
 from __future__ import annotations
 

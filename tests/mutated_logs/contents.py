@@ -1,4 +1,4 @@
-"""Mutations of what a log says: metadata, attachments, messages; all checksums of MCAP hold."""
+"""Mutations change metadata, attachments and messages of a log. All checksums of MCAP hold."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from random import Random
 from typing import Final
 
 from tests.conftest import Logged
-from tests.log_surgery import written_anew
+from tests.log_surgery import rewritten
 from tests.mutated_logs.bases import Base, Mutation
 from zenvoy.bus.log_metadata import CHECKSUM, RESULT, RUN, sealed
 
@@ -41,18 +41,18 @@ def other_metadata(base: Base, random: Random) -> bytes:
     name, metadata = changed_metadata(base, random)
     if metadata == base.log.metadata[name]:
         return base.content
-    return written_anew(replace(base.log, metadata={**base.log.metadata, name: metadata}))
+    return rewritten(replace(base.log, metadata={**base.log.metadata, name: metadata}))
 
 
 def other_metadata_sealed(base: Base, random: Random) -> bytes:
     name, metadata = changed_metadata(base, random)
     metadata.pop(CHECKSUM, None)
     changed = {**base.log.metadata, name: sealed(metadata)}
-    return written_anew(replace(base.log, metadata=changed))
+    return rewritten(replace(base.log, metadata=changed))
 
 
 def other_scenario(base: Base, random: Random) -> bytes:
-    """The scenario of another log, or one with other bytes in it."""
+    """Replace the scenario by that of another log, or change bytes of it."""
     text = bytearray(base.log.attachments["effective.json"])
     if random.random() < 0.3:
         text = bytearray(random.choice(base.scenarios))
@@ -62,13 +62,13 @@ def other_scenario(base: Base, random: Random) -> bytes:
     if random.random() < 0.2:
         del text[random.randrange(len(text)) :]
     changed = {**base.log.attachments, "effective.json": bytes(text)}
-    return written_anew(replace(base.log, attachments=changed))
+    return rewritten(replace(base.log, attachments=changed))
 
 
 def with_changed_messages(
     base: Base, random: Random, change: Callable[[Logged], list[Logged]], share: float
 ) -> bytes:
-    """Put some messages through a change, at least one; none of wall time."""
+    """Pass some messages, at least one, through a change. Messages with wall time stay."""
     data = [i for i, message in enumerate(base.log.messages) if message.topic != "/clock"]
     at = random.choice(data)
 
@@ -76,7 +76,7 @@ def with_changed_messages(
         chosen = number == at or (message.topic != "/clock" and random.random() < share)
         return change(message) if chosen else [message]
 
-    return written_anew(base.log, changed)
+    return rewritten(base.log, changed)
 
 
 def drop_messages(base: Base, random: Random) -> bytes:
@@ -90,13 +90,13 @@ def double_messages(base: Base, random: Random) -> bytes:
 def shuffle_messages(base: Base, random: Random) -> bytes:
     messages = list(base.log.messages)
     random.shuffle(messages)
-    return written_anew(replace(base.log, messages=messages))
+    return rewritten(replace(base.log, messages=messages))
 
 
 def drop_topic(base: Base, random: Random) -> bytes:
     gone = random.choice([channel.topic for channel in base.log.channels.values()])
     kept = [message for message in base.log.messages if message.topic != gone]
-    return written_anew(replace(base.log, messages=kept))
+    return rewritten(replace(base.log, messages=kept))
 
 
 def other_payload(base: Base, random: Random) -> bytes:
@@ -117,7 +117,7 @@ def cut_payload(base: Base, random: Random) -> bytes:
 
 
 def other_number_in_payload(base: Base, random: Random) -> bytes:
-    """Eight bytes become a number that no run holds: NaN, infinity, very large or small."""
+    """Replace eight bytes by a number that no run has: NaN, infinity, very large or small."""
 
     def change(message: Logged) -> list[Logged]:
         number = random.choice((float("nan"), float("inf"), -1e300, 1e8, 0.0, -1.0, 5e-324, 1e-300))
@@ -131,12 +131,12 @@ def other_number_in_payload(base: Base, random: Random) -> bytes:
 
 CONTENTS: Final = {
     "metadata": Mutation(other_metadata),
-    "metadata, sealed": Mutation(other_metadata_sealed, audible=False),
-    "effective.json": Mutation(other_scenario, audible=False),
+    "metadata, sealed": Mutation(other_metadata_sealed, must_report=False),
+    "effective.json": Mutation(other_scenario, must_report=False),
     "message dropped": Mutation(drop_messages),
     "message doubled": Mutation(double_messages),
     "messages without order": Mutation(shuffle_messages),
-    "topic gone": Mutation(drop_topic, audible=False),  # that of wall time is in no fingerprint
+    "topic gone": Mutation(drop_topic, must_report=False),  # that of wall time is in no fingerprint
     "payload": Mutation(other_payload),
     "payload cut": Mutation(cut_payload),
     "other number in a payload": Mutation(other_number_in_payload),

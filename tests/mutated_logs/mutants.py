@@ -1,4 +1,4 @@
-"""Makes mutants of logs, in an order that the seed fixes."""
+"""Mutants of logs come in an order that depends on the seed."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ MUTATIONS: Final[dict[str, Mutation]] = {**BYTES, **RECORDS, **CONTENTS}
 
 
 class Mutant(NamedTuple):
-    """A log that is not what it was."""
+    """A changed log."""
 
     kind: str
     content: bytes
-    audible: bool
+    must_report: bool
     """Whether what was changed must be reported."""
 
 
 def mutants(bases: Sequence[Base], seed: int) -> Iterator[Mutant]:
-    """Mutants without end, of all kinds in turn."""
+    """Yield mutants without end, of all kinds in turn."""
     random = Random(seed)
     while True:
-        for kind, (change, audible) in MUTATIONS.items():
+        for kind, (change, must_report) in MUTATIONS.items():
             base = random.choice(bases)
             content = change(base, random)
             if content != base.content:
-                yield Mutant(kind, content, audible)
+                yield Mutant(kind, content, must_report)

@@ -1,4 +1,4 @@
-"""Mutations of the records of MCAP that a log is made of, and of its chunks."""
+"""Mutations change the MCAP records of a log, and its chunks."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def swap_records(base: Base, random: Random) -> bytes:
 
 
 def other_number(base: Base, random: Random) -> bytes:
-    """Eight, four or two bytes of a record, near its beginning, become an extreme number."""
+    """Replace eight, four or two bytes near the start of a record by an extreme number."""
     records = base.records
     at = random.randrange(len(records))
     opcode, body = records[at]
@@ -61,7 +61,7 @@ def other_number(base: Base, random: Random) -> bytes:
     start = random.randrange(max(1, min(48, len(body) - size)))
     number = struct.pack(form, random.choice(_EXTREME) % (1 << 8 * size))
     if opcode == Opcode.DATA_END and number == bytes(size):
-        return base.content  # a checksum of 0 is none, and all data are as they were
+        return base.content  # a checksum of 0 means none, and all data are unchanged
     records[at] = Record(opcode, (body[:start] + number + body[start + size :])[: len(body)])
     return put_together(records)
 
@@ -92,7 +92,7 @@ def swap_chunks(base: Base, random: Random) -> bytes:
 
 
 def other_chunk_fields(base: Base, random: Random) -> bytes:
-    """Another compression, another size, another CRC, or a part of its content."""
+    """Change the compression, the size or the CRC of a chunk, or truncate its content."""
     records, chunks = records_and_chunks(base)
     at = random.choice(chunks)
     chunk = chunk_of(records[at])
@@ -110,7 +110,7 @@ def other_chunk_fields(base: Base, random: Random) -> bytes:
 
 
 def chunk_without_crc(base: Base, random: Random) -> bytes:
-    """Whether the byte that changes matters to what it unpacks to is for zstd to say."""
+    """Change a byte of a chunk without CRC. It may have no effect on the unpacked content."""
     records, chunks = records_and_chunks(base)
     at = random.choice(chunks)
     chunk = chunk_of(records[at])
@@ -121,7 +121,7 @@ def chunk_without_crc(base: Base, random: Random) -> bytes:
 
 
 def other_chunk_content(base: Base, random: Random) -> bytes:
-    """Bytes within a chunk change, and its sizes and CRC hold all the same."""
+    """Change bytes of a chunk's content, with sizes and CRC that still hold."""
     records, chunks = records_and_chunks(base)
     at = random.choice(chunks)
     data = bytearray(content_of(chunk_of(records[at])))
@@ -143,6 +143,6 @@ RECORDS: Final = {
     "chunk doubled, CRC good": Mutation(double_chunk),
     "chunks swapped, CRC good": Mutation(swap_chunks),
     "chunk with other fields": Mutation(other_chunk_fields),
-    "chunk without a CRC": Mutation(chunk_without_crc, audible=False),
-    "chunk of other content": Mutation(other_chunk_content, audible=False),  # also of wall time
+    "chunk without a CRC": Mutation(chunk_without_crc, must_report=False),
+    "chunk of other content": Mutation(other_chunk_content, must_report=False),  # also of wall time
 }

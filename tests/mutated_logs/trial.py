@@ -1,9 +1,9 @@
-"""Takes mutants through the commands that read logs, and judges what the commands say.
+"""A trial passes mutants through the commands that read logs, and judges the output.
 
-A mutant must not end in a traceback, or take long, or be read without a word. Pictures take nearly
-all of the time of `analyze` and `compare`, and depend on nothing but the data: those of data that
-were drawn before are not drawn again, nor, after a number of them, any others; all that is computed
-for them is.
+A mutant must not end in a traceback, or take long, or be read without a report. Pictures take
+nearly all of the time of `analyze` and `compare`, and depend on the data only. So equal data are
+drawn once, and after a number of pictures no more are drawn. All data for pictures are still
+computed.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ from zenvoy.cli import analyze as commands
 from zenvoy.cli.app import app
 
 LIMIT_S: Final = 60
-_MEMORY: Final = Path("/dev/shm")  # a disk that others use as well takes longer than all the rest
+_MEMORY: Final = Path("/dev/shm")  # a shared disk would take longer than all the rest
 
 
 @dataclass(slots=True)
 class Outcome:
-    """What became of the mutants, by kind; of those that went wrong, how."""
+    """The fates of mutants by kind, and descriptions of what went wrong."""
 
     reported: Counter[str] = field(default_factory=Counter)
     """Read with notes."""
     unnoticed: Counter[str] = field(default_factory=Counter)
-    """Read without a word, of kinds where that is no fault."""
+    """Read without a report, of kinds that need none."""
     refused: Counter[str] = field(default_factory=Counter)
     tried: int = 0
     wrong: list[str] = field(default_factory=list)
@@ -55,11 +55,11 @@ class Outcome:
 
 
 class SlowError(Exception):
-    """A command has taken too long."""
+    """A command takes too long."""
 
 
 class Trial:
-    """Runs the commands on mutants in a folder of its own."""
+    """Runs the commands on mutants in its own folder."""
 
     def __init__(self, folder: Path, pictures: int) -> None:
         self._folder = folder
@@ -99,13 +99,13 @@ class Trial:
                 self.outcome.wrong.append(f"{number} {mutant.kind}: {codes} {texts}")
         elif all(texts):
             self.outcome.reported[mutant.kind] += 1
-        elif mutant.audible:
+        elif mutant.must_report:
             self.outcome.wrong.append(f"{number} {mutant.kind}: not a word in one of {texts}")
         else:
             self.outcome.unnoticed[mutant.kind] += 1
 
     def _command(self, number: int, kind: str, arguments: tuple[str, ...]) -> tuple[int, str]:
-        """Exit code, and what was printed on stderr."""
+        """Return the exit code and the output on stderr."""
         errors = StringIO()
         try:
             with _limited(), self._drawing(), redirect_stdout(StringIO()), redirect_stderr(errors):
@@ -113,7 +113,7 @@ class Trial:
         except SlowError:
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]} takes too long")
             return -1, ""
-        except Exception as error:  # noqa: BLE001  # whatever it is, it would be a traceback
+        except Exception as error:  # noqa: BLE001  # any exception would be a traceback
             trace = "".join(traceback.format_exception(error)[-6:])
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]}: {trace}")
             return -1, ""
@@ -121,7 +121,7 @@ class Trial:
 
     @contextmanager
     def _drawing(self) -> Iterator[None]:
-        """Draw pictures of data that were not drawn before, as long as there are some left."""
+        """Draw pictures of new data, up to the limit of pictures."""
 
         def draw(picture: Picture) -> Drawn:
             key = self._data, picture.name
@@ -142,7 +142,7 @@ class Trial:
 
 
 def _data_of(path: Path) -> bytes:
-    """A digest of all that pictures depend on; of a log that is refused, nothing."""
+    """Return a digest of all that pictures depend on, or nothing for a refused log."""
     try:
         run = load(path)
     except LogError:
@@ -178,7 +178,7 @@ def tried(
     say: Callable[[Outcome, list[str]], None] = lambda _, __: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Outcome:
-    """Make mutants and take each through the commands; `say` gets what went wrong after each."""
+    """Pass mutants through the commands. `say` gets what went wrong after each."""
     with tempfile.TemporaryDirectory(dir=_MEMORY if _MEMORY.is_dir() else None) as name:
         folder = Path(name)
         trial = Trial(folder, pictures)

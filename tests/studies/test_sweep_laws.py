@@ -106,7 +106,7 @@ def test_from_python_too_a_law_elsewhere_must_be_allowed(tmp_path: Path) -> None
         sweep(study, out=tmp_path / "out")
     outcome = zenvoy(tmp_path, "sweep", str(study), "--out", "out", "--allow-code")
     assert outcome.code == 0
-    told: list[str] = []  # nothing is left to run, so no process is forked from this one
-    frame = sweep(study, out=tmp_path / "out", on_line=told.append, allow_code=True)
-    assert told == ["2 cells × 2 seeds: 4 runs, 0 to do"]
+    reported: list[str] = []  # nothing is left to run, so no process is forked from this one
+    frame = sweep(study, out=tmp_path / "out", on_line=reported.append, allow_code=True)
+    assert reported == ["2 cells × 2 seeds: 4 runs, 0 to do"]
     assert len(frame) == 4

@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import Logged, read_log
 from tests.damaged_logs import assert_begins, written
 from tests.log_surgery import (
-    written_anew,
+    rewritten,
 )
 from zenvoy.analysis import LogError, load
 from zenvoy.analysis.log.load import Run
@@ -23,10 +23,10 @@ def test_a_column_of_another_length_is_refused(path: Path, content: bytes) -> No
     truth = next(m for m in log.messages if m.topic == "/fleet/truth")
     shorter = truth.data.replace(b"\x1a\x20", b"\x1a\x18", 1)  # position: 32 bytes, then 24
     shorter = shorter[: shorter.index(b"\x1a\x18") + 2 + 24] + shorter[-2 * 34 :]
-    anew = written_anew(log, lambda _, m: [m._replace(data=shorter)] if m is truth else [m])
+    anew = rewritten(log, lambda _, m: [m._replace(data=shorter)] if m is truth else [m])
     with pytest.raises(LogError, match=r"/fleet/truth: field position differs in length"):
         load(written(path, anew))
-    every = written_anew(
+    every = rewritten(
         log, lambda _, m: [m._replace(data=shorter)] if m.topic == truth.topic else [m]
     )
     with pytest.raises(LogError, match=r"position has 3 numbers in a message, not 4"):
@@ -41,7 +41,7 @@ def test_a_reading_from_the_future_is_refused(path: Path, content: bytes) -> Non
         row.ahead_measured_ns[1] = row.time_ns + 1
         return [message._replace(data=row.SerializeToString())]
 
-    log = written(path, written_anew(read_log(path), change))
+    log = written(path, rewritten(read_log(path), change))
     with pytest.raises(LogError, match="ahead_measured_ns holds a number that cannot"):
         load(log)
 
@@ -53,11 +53,11 @@ def test_the_scenario_of_another_fleet_is_refused(path: Path, content: bytes) ->
     assert text != log.attachments["effective.json"]
     other = {**log.attachments, "effective.json": text}
     with pytest.raises(LogError, match=r"has 4 numbers in a message, not 5|source has 4"):
-        load(written(path, written_anew(replace(log, attachments=other))))
+        load(written(path, rewritten(replace(log, attachments=other))))
 
 
 def test_a_log_without_messages_has_empty_tables(path: Path, content: bytes) -> None:
-    run = load(written(path, written_anew(replace(read_log(path), messages=[]))))
+    run = load(written(path, rewritten(replace(read_log(path), messages=[]))))
     assert run.cycles == 0
     assert "no cycle was logged" in run.notes
     assert "the fingerprint does not match the messages" in run.notes
@@ -72,7 +72,7 @@ def test_metadata_without_a_key_or_with_text_for_a_number_is_corrected_and_repor
     facts = {k: v for k, v in log.metadata[name].items() if k not in {key, "sha256"}}
     facts |= {} if value is None else {key: value}
     changed = replace(log, metadata={**log.metadata, name: sealed(facts)})
-    run = load(written(path, written_anew(changed)))
+    run = load(written(path, rewritten(changed)))
     says = f"has no {key}" if value is None else f"{key}: {value!r} is not a number"
     assert any(says in note for note in run.notes), run.notes
     assert run.seed == whole.seed
