@@ -141,7 +141,7 @@ def test_figures_of_a_digest() -> None:
         (5.0, 600.0, False, math.nan),
     ],
 )
-def test_recovery(dip: float, back_s: float, again: bool, recovered_s: float) -> None:
+def test_recovery_time_of_a_dip(dip: float, back_s: float, again: bool, recovered_s: float) -> None:
     time_s = np.arange(0.0, 500.05, 0.1)
     low = (time_s >= 12.0) & (time_s < back_s)
     if again:

@@ -124,7 +124,7 @@ def test_a_picture_is_shown_in_its_smaller_form() -> None:
     assert page.all("img", "width") == ["672", "672"]
 
 
-def test_a_long_table_says_where_the_rest_is() -> None:
+def test_a_long_table_names_the_place_of_its_rest() -> None:
     rows = tuple((number, number * 0.5) for number in range(1, MAX_ROWS + 101))
     sheet = Sheet(name="long", title="Long", columns=("vehicle", "x, m"), rows=rows)
     page = read(render(Page(title="t", sections=(Section(title="s", sheets=(sheet,)),)), {}))

@@ -65,7 +65,7 @@ def test_titles_are_printed_in_full() -> None:
         assert head.count(word) == 3
 
 
-def test_a_long_table_says_where_the_rest_is() -> None:
+def test_a_long_table_names_the_place_of_its_rest() -> None:
     rows = tuple((number, 0.5) for number in range(1, MAX_ROWS + 11))
     sheet = Sheet(name="long", title="Long.", columns=("vehicle", "x, m"), rows=rows)
     text = printed(Section(title="C", sheets=(sheet,)), 80)

@@ -61,7 +61,7 @@ def test_in_real_time_no_frame_is_accepted_twice(tmp_path: Path) -> None:
     assert not accepts(10**9, 3)  # other content does not make another frame
     assert accepts(10**9 + 1, 1)
     assert accepts(6 * 10**9, 5)
-    assert not accepts(10**9, 4)  # too old to tell
+    assert not accepts(10**9, 4)  # too old to check
 
 
 def test_in_real_time_no_outcome_of_a_frame_is_accepted_twice(tmp_path: Path) -> None:

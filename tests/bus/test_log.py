@@ -235,7 +235,7 @@ def test_commands_act_from_their_effective_time(recorded: Recorded) -> None:
     assert all(set(c.effective_ns) == {c.time_ns + 150_000_000} for c in commands)
     for vehicle in range(VEHICLES):
         decided = [(c.effective_ns[vehicle], c.acceleration[vehicle]) for c in commands]
-        assert len({a for _, a in decided}) > 20  # there is something to tell apart
+        assert len({a for _, a in decided}) > 20  # commands differ
         for before, after in pairwise(truths):
             x, v = before.position[vehicle], before.speed[vehicle]
             for dt_s, a in pieces(before.time_ns, after.time_ns, vehicle + 1, decided):

@@ -91,7 +91,7 @@ def test_columns_of_doubles_of_any_length(
 
 @settings(deadline=None)
 @given(st.builds(pb.Clock, cycle=u32, time_ns=i64, wall_ns=i64, real_time_factor=f64, overruns=u32))
-def test_single_fields(clock: pb.Clock) -> None:
+def test_single_fields_are_read_back(clock: pb.Clock) -> None:
     decoded = CLOCK.decode(clock.SerializeToString())
     again = pb.Clock.FromString(CLOCK.encode(**decoded))
     assert (again.cycle, again.time_ns, again.overruns) == (

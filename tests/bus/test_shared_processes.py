@@ -86,7 +86,7 @@ def test_neighbours_share_a_process() -> None:
     per_process=st.integers(1, 400),
     without=st.sets(st.integers(1, 300), max_size=20),
 )
-def test_everyone_is_in_one_process(size: int, per_process: int, without: set[int]) -> None:
+def test_every_vehicle_is_in_one_process(size: int, per_process: int, without: set[int]) -> None:
     placed = vehicle_processes(size, per_process, without)
     assert [one for process in placed for one in process.vehicles] == [
         one for one in range(1, size + 1) if one not in without
@@ -115,7 +115,7 @@ def test_random_bytes_are_refused_by_name_or_are_parcels(rubbish: bytes) -> None
     assert unpack(pack(parcels) if parcels else b"") == parcels
 
 
-def test_columns_go_together() -> None:
+def test_columns_of_a_bundle_have_equal_length() -> None:
     with pytest.raises(PayloadError, match="2 vehicles, 1 payloads"):
         unpack(pb.Bundle(vehicle=[1, 2], payload=[b"a"]).SerializeToString())
     with pytest.raises(PayloadError, match="not a bundle"):

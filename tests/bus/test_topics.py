@@ -98,7 +98,7 @@ def test_a_topic_that_is_not_logged_has_no_log_name(topic: Topic[Any]) -> None:
         _ = topic.log_name
 
 
-def test_other_keys() -> None:
+def test_keys_of_other_entries() -> None:
     assert alive_key("r1", "vehicle-07") == "zenvoy/r1/alive/vehicle-07"
     assert scenario_key("r1") == "zenvoy/r1/scenario"
     assert processes_key("r1") == "zenvoy/r1/processes"

@@ -271,6 +271,6 @@ def test_only_ordered_frames_are_held(arrivals: list[tuple[int, int, bool]]) -> 
         ("{rules: [{los: 3}]}", "channel.rules.0.los: unknown key; did you mean 'loss'?"),
     ],
 )  # fmt: skip
-def test_refusals(tmp_path: Path, channel: str, line: str) -> None:
+def test_wrong_settings_are_refused(tmp_path: Path, channel: str, line: str) -> None:
     (found,) = refused(tmp_path, f"channel: {channel}\n")
     assert found.startswith(line)

@@ -83,7 +83,7 @@ TABLE: Final[dict[str, tuple[float, int, int, bool]]] = {
 }
 
 
-def test_table_of_technologies() -> None:
+def test_technologies_have_the_values_of_table_1() -> None:
     assert {
         name: (of.range_m, *of.delay_ms, of.broadcast) for name, of in technologies().items()
     } == TABLE
@@ -115,7 +115,7 @@ def test_latency_is_delay_and_time_on_the_air(name: str) -> None:
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.05, 0.3, 1.0])
-def test_share_of_losses(loss: float) -> None:
+def test_the_share_of_losses_is_that_of_the_setting(loss: float) -> None:
     """The limit is 2.58 standard deviations, which right draws exceed with probability 1 %."""
     over, lost, n = Over("ieee80211p", loss=loss), 0, 0
     for sequence in range(20):

@@ -279,7 +279,7 @@ def test_a_frame_has_the_offset_beside_its_own_latency() -> None:
         ),
     ],
 )
-def test_refusals(tmp_path: Path, latency: str, line: str) -> None:
+def test_wrong_settings_are_refused(tmp_path: Path, latency: str, line: str) -> None:
     (found,) = refused(tmp_path, f"channel: {{latency: {latency}}}\n")
     assert found.startswith(line)
     assert "s.yaml" in found

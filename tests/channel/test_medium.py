@@ -110,7 +110,7 @@ def test_a_station_that_finds_no_time_gives_up(patience_ns: int) -> None:
 
 
 @given(networks)
-def test_nobody_begins_while_sensing_another(drawn: tuple[list[int], list[bool]]) -> None:
+def test_no_station_begins_while_it_senses_another(drawn: tuple[list[int], list[bool]]) -> None:
     ready, senses = network(*drawn)
     began = starts(ready, senses)
     assert ((began >= ready + SPACE) | (ready < 0)).all()
@@ -131,7 +131,7 @@ def one_by_one(frames: SentFrames, began: Ints, senses: NDArray[np.bool_]) -> It
 
 
 @given(networks)
-def test_collisions_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
+def test_collisions_agree_with_a_check_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
     began, senses = network(*drawn)  # any starts, even those that carrier sense forbids
     pairs = np.argwhere(senses & (began >= 0)[:, None])
     source, destination = pairs.T
@@ -143,7 +143,7 @@ def test_collisions_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
 
 
 @given(networks)
-def test_busy_ratio_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
+def test_the_busy_ratio_agrees_with_a_sum_one_by_one(drawn: tuple[list[int], list[bool]]) -> None:
     began, senses = network(*drawn)
     found = busy_ratio(began, hearing(senses), AIR, PERIOD)
     for station in range(len(began)):
@@ -279,6 +279,6 @@ def test_the_log_has_the_busy_ratio(tmp_path: Path) -> None:
         ("{medium: {aifsn: 1}}", "channel.medium.aifsn: 1 is not in [2, 15]"),
     ],
 )
-def test_refusals(tmp_path: Path, channel: str, line: str) -> None:
+def test_wrong_settings_are_refused(tmp_path: Path, channel: str, line: str) -> None:
     (found,) = refused(tmp_path, f"channel: {channel}\n")
     assert found.startswith(line)

@@ -67,7 +67,7 @@ def test_a_killed_process_ends_the_run_by_name(tmp_path: Path, victim: str) -> N
     assert (tmp_path / "out" / "summary.json").exists()
 
 
-def test_a_killed_world_leaves_what_it_has_written(tmp_path: Path) -> None:
+def test_a_killed_world_leaves_a_log_that_is_readable_up_to_its_cut(tmp_path: Path) -> None:
     with running(tmp_path) as started:
         started.send_to_child("world", signal.SIGKILL)
         outcome = started.wait()

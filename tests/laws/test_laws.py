@@ -60,7 +60,7 @@ def cooperative(
         (Relative(30.0, 4.0), 34.0, 1.05),  # -0.75 + 2 - 0.2
     ],
 )
-def test_following(ahead: Relative, v: float, a: float) -> None:
+def test_following_by_hand(ahead: Relative, v: float, a: float) -> None:
     assert following(ahead, v) == pytest.approx(a, abs=1e-12)
 
 
@@ -73,7 +73,7 @@ def test_following(ahead: Relative, v: float, a: float) -> None:
         (Relative(30.0, -2.0), Relative(45.0, 2.0), 26.0, -3.3),  # -1.5 - 2 + 0.2
     ],
 )
-def test_bilateral(ahead: Relative, behind: Relative, v: float, a: float) -> None:
+def test_bilateral_by_hand(ahead: Relative, behind: Relative, v: float, a: float) -> None:
     assert bilateral(ahead, behind, v) == pytest.approx(a, abs=1e-12)
 
 
@@ -96,7 +96,7 @@ def test_speeds_converge_to_the_desired_one(v: float, k_c: float) -> None:
 @pytest.mark.parametrize(
     ("a", "within"), [(2.9, 2.9), (3.1, 3.0), (-3.1, -3.0), (-0.5, -0.5), (1e9, 3.0)]
 )
-def test_limit(a: float, within: float) -> None:
+def test_acceleration_is_limited(a: float, within: float) -> None:
     assert clipped(a, 3.0) == within
     assert clipped(a, 0.4) == max(-0.4, min(0.4, a))
 
@@ -115,7 +115,9 @@ def test_limit(a: float, within: float) -> None:
         ((0.0, 1.0), 1, (0.0,)),
     ],
 )
-def test_weights(kind: str | tuple[float, ...], m: int, weights: tuple[float, ...]) -> None:
+def test_weights_of_chains(
+    kind: str | tuple[float, ...], m: int, weights: tuple[float, ...]
+) -> None:
     assert mbcm.weights_of(kind, m) == pytest.approx(weights, abs=1e-15)
 
 
@@ -124,7 +126,7 @@ def test_weights_by_name_sum_to_one(kind: str, m: int) -> None:
     assert math.fsum(mbcm.weights_of(kind, m)) == pytest.approx(1.0, abs=1e-12)
 
 
-def test_multi_node() -> None:
+def test_multi_node_by_hand() -> None:
     sides = (
         (Relative(40.0, 1.0), Relative(35.0, 0.0)),  # 0.1 · 5 + 0.5 · 1 = 1
         (Relative(70.0, 0.0), Relative(80.0, 2.0)),  # -1 - 1 = -2
@@ -159,7 +161,7 @@ STEADY = Motion(30.0, 0.0)
         (Relative(47.5, 0.0), STEADY, STEADY, 30.0, 0.4),
     ],
 )
-def test_cooperative(
+def test_cooperative_by_hand(
     ahead: Relative, predecessor: Motion, leader: Motion, v: float, a: float
 ) -> None:
     assert cooperative(ahead, predecessor, leader, v, cacc.Parameters()) == pytest.approx(

@@ -66,7 +66,7 @@ def test_rayleigh_fading_has_exponential_power() -> None:
     st.booleans(),
     st.integers(-3, 3),
 )
-def test_vehicles_between(places: list[int], ring: bool, laps: int) -> None:
+def test_vehicles_between_are_counted(places: list[int], ring: bool, laps: int) -> None:
     """The reference counts them one by one."""
     length_m = 1_000.001 if ring else None
     position = np.array(places) / 1_000.0

@@ -58,7 +58,7 @@ def test_ftp_75_is_the_udds_a_soak_and_its_first_505_seconds() -> None:
     assert top_mps(udds) == pytest.approx(56.7 * MPH, abs=1e-12)
     hot = tuple((time - 1_969.0, speed) for time, speed in points if time > UDDS_S)
     assert hot == udds[:506]
-    assert udds[-1][1] == hot[0][1] == 0.0  # so that it stands for ten minutes
+    assert udds[-1][1] == hot[0][1] == 0.0  # so it stands for ten minutes
     assert distance_m(points) / MILE_M == pytest.approx(11.04, abs=0.005)
 
 

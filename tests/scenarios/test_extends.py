@@ -149,7 +149,7 @@ def test_a_built_in_scenario_reads_traces_in_the_package(packaged: Write, write:
     )
 
 
-# What is refused ----------------------------------------------------------------------------
+# Refusals -----------------------------------------------------------------------------------
 
 
 def refusal(

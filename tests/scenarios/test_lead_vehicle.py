@@ -190,7 +190,7 @@ def test_a_brake_takes_precedence_and_the_trace_is_met_again_at_its_next_point(
 
 
 def test_a_vehicle_follows_its_trace_into_a_collision() -> None:
-    """Vehicle 2 drives 10 m/s into vehicle 1, which stands, and its speed stays sane."""
+    """Vehicle 2 drives at 10 m/s into vehicle 1, which stands, and its speed stays sane."""
     fleet = fleet_with(Trace(vehicle=2, at_s=0.0, points=((0.0, 10.0), (200.0, 10.0))))
     fleet.speed = np.array([0.0, 10.0, 0.0])
     collided = [k for k in range(1, 1_100) if fleet.advance_to(k * T_NS)]

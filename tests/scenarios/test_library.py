@@ -213,7 +213,7 @@ def test_a_probe_is_free_of_noise_and_of_limits(name: str) -> None:
     assert chirp.to_frequency_hz is not None
     frequency = np.linspace(chirp.frequency_hz, chirp.to_frequency_hz, 10_000)
     gain = fm_gain(scenario, frequency)
-    assert gain.max() > 1.01  # FM is not string stable, and the sweep passes where it is not
+    assert gain.max() > 1.01  # FM amplifies, and the sweep passes the frequencies at which it does
     assert frequency[0] < frequency[gain.argmax()] < frequency[-1]
     # FM amplifies most, and more with every vehicle
     swing = chirp.amplitude_mps * 2 * pi * frequency * np.maximum(gain, 1.0) ** scenario.fleet.size

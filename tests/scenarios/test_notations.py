@@ -164,7 +164,7 @@ def test_a_scenario_may_be_piped_in(tmp_path: Path) -> None:
         ("s.yml", "s.yaml"),
     ],
 )
-def test_did_you_mean(write: Write, name: str, meant: str) -> None:
+def test_misspelt_names_get_a_suggestion(write: Write, name: str, meant: str) -> None:
     write("{}")
     with pytest.raises(ScenarioError, match=f"did you mean '{meant}'"):
         load(name)

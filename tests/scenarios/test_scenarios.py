@@ -52,7 +52,7 @@ def test_a_file_has_what_differs_from_the_defaults(write: Write) -> None:
     assert loaded.scenario == Scenario(fleet=Fleet(size=7), channel=Channel(loss=Loss(p=0.25)))
 
 
-def test_an_empty_mapping_stands_for_the_defaults(write: Write) -> None:
+def test_an_empty_mapping_gives_the_defaults(write: Write) -> None:
     assert load(write("{}")).scenario == Scenario()
 
 

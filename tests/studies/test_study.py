@@ -199,7 +199,7 @@ def test_the_plan_has_all_cases_on_both_roads() -> None:
         of_label[0].load()
 
 
-def test_what_supplements_the_cases_has_a_tenth_of_many_seeds() -> None:
+def test_supplements_of_the_cases_have_a_tenth_of_many_seeds() -> None:
     cells = plan(300, None)
     lengths = {label.partition("/")[0]: len(of_label) for label, of_label in cells.items()}
     assert lengths["15"] == 300

@@ -1,4 +1,4 @@
-"""Sweeps over laws of the user's own: beside the scenario, and elsewhere."""
+"""Sweeps run the user's own laws, beside the scenario or elsewhere."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_a_law_elsewhere_runs_only_if_that_is_allowed(tmp_path: Path) -> None:
     )
 
 
-def test_from_python_too_a_law_elsewhere_must_be_allowed(tmp_path: Path) -> None:
+def test_a_law_elsewhere_must_also_be_allowed_from_python(tmp_path: Path) -> None:
     study = write(tmp_path / "study", "../laws/idm.py:smith")
     (tmp_path / "laws").mkdir()
     (tmp_path / "laws" / "idm.py").write_text(IDM)

@@ -169,7 +169,7 @@ def test_errors_of_readings_trigger_nothing() -> None:
     assert sent < 600 / 5 * 1.25  # one in five cycles by position
 
 
-def test_refusals(tmp_path: Path) -> None:
+def test_wrong_settings_are_refused(tmp_path: Path) -> None:
     for text, line in [
         ("{rule: cam}", "beacons.rule: 'cam' is not one of every-cycle, every-nth, etsi-cam"),
         ("{every: 3}", "beacons.every: 3 is given, but beacons.rule is every-cycle; allowed: 1"),

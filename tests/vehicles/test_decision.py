@@ -59,7 +59,7 @@ BCM_PREDICTED = 0.9  # 0.1 · 3 + 0.5 · 1 + 0.05 · 2
         ("PBCM", Position.LAST, DEAF, PREDICTED._replace(behind=None), FM_PREDICTED, pb.MODE_PBCM),
     ],
 )
-def test_decisions(
+def test_each_mode_has_its_decision(
     model: str,
     place: Position,
     read: View,

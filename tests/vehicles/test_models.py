@@ -80,7 +80,7 @@ def pulls(truth: Table, j: int) -> NDArray[Any]:
         ("MBCM", {"neighbours": 4, "weights": [0.4, 0.3, 0.2, 0.1]}, (0.4, 0.3, 0.2, 0.1)),
     ],
 )
-def test_bilateral_commands(
+def test_bilateral_commands_follow_from_the_truth(
     model: str, multi_node: Any, weights: tuple[float, ...], state: str
 ) -> None:
     control = {"model": model, "multi_node": multi_node, "neighbour_state": state}

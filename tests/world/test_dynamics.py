@@ -51,7 +51,7 @@ def test_many_small_steps_are_one_large_one(
     np.testing.assert_allclose(speed, at_once[1], rtol=1e-12, atol=1e-9)
 
 
-def test_by_hand() -> None:
+def test_motion_by_hand() -> None:
     position, speed = advance(
         np.array([0.0, 0.0, 10.0, 0.0]),
         np.array([10.0, 3.0, 0.0, 6.0]),

@@ -41,7 +41,7 @@ def all_errors(sensors: SensorSet) -> Floats:
 
 @pytest.mark.parametrize("distribution", ["uniform", "gaussian"])
 @pytest.mark.parametrize("error", [0.02, 0.1])
-def test_size_of_errors(distribution: Distribution, error: float) -> None:
+def test_errors_have_the_size_of_the_setting(distribution: Distribution, error: float) -> None:
     sensors = SensorSet(Sensors(error=error, distribution=distribution), seed=3, size=SIZE)
     drawn = all_errors(sensors)
     n = CYCLES * SIZE
