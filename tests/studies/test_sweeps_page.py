@@ -37,7 +37,7 @@ def test_the_page_leads_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
     assert (out / "smallest_gap_m.png").read_bytes().startswith(b"\x89PNG")
     files = set(re.findall(r"^\| `(\w+\.\w+|runs)/?` \|", PAGE, re.MULTILINE))
     assert files - {"series.parquet"} <= {path.name for path in out.iterdir()}
-    assert len(files) == 7
+    assert len(files) == 8
     done = subprocess.run(
         [sys.executable, "-c", block("python")],
         cwd=tmp_path,
