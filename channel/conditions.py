@@ -40,7 +40,7 @@ class Conditions:
     """
 
     def __init__(self, *scenarios: Scenario) -> None:
-        """`scenarios`: of runs side by side, which differ in nothing but their seed."""
+        """`scenarios`: of runs side by side, which differ only in their seed."""
         channel, size = scenarios[0].channel, scenarios[0].fleet.size
         seeds = Seeds(tuple(one.seed for one in scenarios), size)
         delay_ms = channel.radio.delay_ms

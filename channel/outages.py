@@ -14,7 +14,7 @@ Bools = NDArray[np.bool_]
 
 
 class Outages:
-    """The outages of a scenario, or of several that differ in nothing but their seed."""
+    """The outages of a scenario, or of several that differ only in their seed."""
 
     def __init__(self, *scenarios: Scenario) -> None:
         outages = scenarios[0].channel.outages

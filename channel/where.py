@@ -18,7 +18,7 @@ class Where:
     """A scope of a scenario, worked out: times in ns, and who sends to whom."""
 
     def __init__(self, scope: Scope, *scenarios: Scenario) -> None:
-        """`scenarios`: of runs side by side, which differ in nothing but their seed."""
+        """`scenarios`: of runs side by side, which differ only in their seed."""
         size = scenarios[0].fleet.size
         groups = [group_members(scenario) for scenario in scenarios]  # some are drawn by seed
 

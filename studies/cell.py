@@ -1,4 +1,4 @@
-"""What a study runs: a scenario, what is changed of it, and a seed."""
+"""A run of a study: a scenario, its changed settings, and a seed."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class StudyError(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What a process does at a time: runs that differ in nothing but their seed, on an engine."""
+    """The work of a process: runs that differ only in their seed, and their engine."""
 
     engine: Engine
     cells: Sequence[Cell]
@@ -48,12 +48,12 @@ class Study:
 
     folder: Path
     engine: Engine = "arrays"
-    """What "arrays" do not run goes in process."""
+    """With "arrays", runs that arrays do not support run in process."""
     jobs: int = 1
-    """Processes at a time: each makes a run, or on arrays those that differ in their seed only.
-    The engine "processes" makes one run at a time."""
+    """Number of processes at a time. Each makes one run, or on arrays the runs that differ only in
+    their seed. The engine "processes" makes one run at a time."""
     fingerprints: bool = False
-    """Whether runs on arrays get fingerprints, too."""
+    """Whether runs on arrays also get fingerprints."""
     on_line: Callable[[str], None] = field(default=lambda _: None)
     """Called with a line of text for each run that is done."""
 
@@ -138,7 +138,7 @@ class Study:
 
 
 def _without_seed(scenario: Scenario) -> str:
-    """Return a text that is equal for scenarios which differ in nothing but their seed."""
+    """Return a text that is equal for scenarios that differ only in their seed."""
     return scenario.model_dump_json(exclude_defaults=True, exclude={"seed", "description"})
 
 
@@ -157,7 +157,7 @@ def _make(task: Task) -> str:
         found = run_batch(task.runs, COLUMNS, fingerprints=task.fingerprints)
         for folder, one in zip(task.folders, found, strict=True):
             _keep(digest(one), folder)
-    except LawError:  # of one of them; by itself it says of which
+    except LawError:  # made alone, the run that fails is named
         return _make_each(task, "in-process")
     except NotCoveredError as error:
         _make_each(task, "in-process")

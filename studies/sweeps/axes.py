@@ -31,13 +31,13 @@ class Axis(Section):
 
     @property
     def random(self) -> bool:
-        """Whether its values are drawn. All such axes of a study are drawn together."""
+        """Whether the values are random. All random axes of a study are drawn together."""
         return False
 
     @property
     @abstractmethod
     def size(self) -> int:
-        """Number of values, known before any is made."""
+        """Number of values, without making them."""
 
     @abstractmethod
     def values_of(self, key: str) -> list[Any]:
@@ -45,7 +45,7 @@ class Axis(Section):
 
 
 class Listed(Axis):
-    """The values as they are written."""
+    """An axis with listed values."""
 
     values: _List
 
@@ -60,7 +60,7 @@ class Listed(Axis):
 
 
 class Range(Axis):
-    """`steps` values at equal distances, both ends included."""
+    """An axis with `steps` values at equal distances, both ends included."""
 
     start: Annotated[Number, Field(alias="from"), _Number]
     end: Annotated[Number, Field(alias="to"), _Number]
@@ -82,7 +82,10 @@ class Range(Axis):
 
 
 class Random(Axis):
-    """`samples` draws. Draw i depends on seed, key and i only, so more samples keep the first."""
+    """An axis with `samples` random values.
+
+    Value i depends only on seed, key and i, so more samples keep the earlier ones.
+    """
 
     samples: _Samples
     seed: _Seed = 1
@@ -107,7 +110,7 @@ class Random(Axis):
 
 
 class Uniform(Random):
-    """Numbers in [low, high)."""
+    """An axis with uniformly distributed numbers in [low, high)."""
 
     distribution: Literal["uniform"]
     low: Annotated[Number, _Number]
@@ -119,7 +122,7 @@ class Uniform(Random):
 
 
 class Normal(Random):
-    """Numbers with a mean and a standard deviation."""
+    """An axis with normally distributed numbers."""
 
     distribution: Literal["normal"]
     mean: Annotated[Number, _Number]
@@ -131,7 +134,10 @@ class Normal(Random):
 
 
 class Lognormal(Random):
-    """Numbers with a median, whose natural logarithm has the standard deviation `sigma`."""
+    """An axis with lognormally distributed numbers.
+
+    Their natural logarithm has the standard deviation `sigma`.
+    """
 
     distribution: Literal["lognormal"]
     median: Annotated[Positive, _Positive]
@@ -143,7 +149,7 @@ class Lognormal(Random):
 
 
 class Choice(Random):
-    """One of some values, each with the same probability."""
+    """An axis with random choices from a list; all values have the same probability."""
 
     distribution: Literal["choice"]
     values: _List

@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 
 
 def pictures(results: Results) -> list[Picture]:
-    """Return a picture of each measure that any cell has.
+    """Return a picture of each measure that a cell has.
 
-    Measures that nobody asked for by name have one only if they differ between runs.
+    A measure that the study does not name has one only if it differs between runs.
     """
     axes = results.plan.study.axes
     drawn = []

@@ -71,8 +71,8 @@ def size_of(axes: Mapping[str, Axis]) -> int:
 def points_of(axes: Mapping[str, Axis]) -> Iterator[Point]:
     """Yield every combination of the axes; the last one varies fastest.
 
-    Axes that are drawn at random are one factor: its draw i has draw i of each of them. It stands
-    where the first of them is.
+    Random axes are one factor together: its draw i has draw i of each of them. It takes the place
+    of the first of them.
     """
     factors: list[list[Point]] = []
     random = {key: axis for key, axis in axes.items() if axis.random}
@@ -144,7 +144,7 @@ def _require_lock_step(clock: str, study: StudyFile) -> None:
 
 
 def _engine(scenario: Scenario, study: StudyFile) -> Engine:
-    """Return the engine of a cell's runs: arrays make no log, from which some measures come."""
+    """Return the engine of a cell's runs. Arrays make no log, but some measures need one."""
     if study.engine != "in-process" and study.needs_log:
         if study.engine == "auto":
             return "in-process"

@@ -1,4 +1,4 @@
-"""What a sweep has found: a row for each cell and seed, and the means of each cell."""
+"""The results of a sweep: a row for each cell and seed, and the means of each cell."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Results:
         return len(values - {None}) > 1
 
     def means(self, measure: str) -> dict[int, Mean]:
-        """Return the mean of a measure over the seeds of each cell that has any, by its number."""
+        """Return the mean of a measure over the seeds of each cell, by number of cell."""
         values: dict[int, list[float]] = {}
         for row in self.rows:
             value = row.figures.get(measure)
@@ -65,7 +65,7 @@ class Results:
 
 
 def results_of(plan: Plan, store: Store, failures: Mapping[str, str]) -> Results:
-    """Return what the store has of a plan; `failures` says by key why a run is missing."""
+    """Return the stored results of a plan; `failures` has the reasons for missing runs, by key."""
     rows = []
     for cell in plan.cells:
         for seed, key in zip(plan.seeds, cell.keys, strict=True):
@@ -77,7 +77,7 @@ def results_of(plan: Plan, store: Store, failures: Mapping[str, str]) -> Results
 
 
 def _shown(plan: Plan, rows: Sequence[Row]) -> tuple[str, ...]:
-    """Return the measures that were asked for; else all that need no log and that any run has."""
+    """Return the measures that the study names, or else all that need no log and that a run has."""
     if plan.study.measures is not None:
         return plan.study.measures
     known = (name for name, measure in MEASURES.items() if not measure.needs_log)
@@ -85,6 +85,6 @@ def _shown(plan: Plan, rows: Sequence[Row]) -> tuple[str, ...]:
 
 
 def unit_of_axis(key: str) -> str:
-    """Return the unit that the name of a setting ends in; "" if it names none."""
+    """Return the unit at the end of a setting's name; "" if there is none."""
     last = key.rpartition(".")[2]
     return _GAINS.get(last) or _UNITS.get(last.rpartition("_")[2] if "_" in last else "", "")

@@ -1,4 +1,4 @@
-"""The folder of a sweep: which study it holds, and what is kept of each finished run."""
+"""The folder of a sweep: its study, and the results of each finished run."""
 
 from __future__ import annotations
 

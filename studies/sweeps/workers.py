@@ -1,4 +1,4 @@
-"""Does tasks in processes of their own, several at a time, so that one that fails is alone."""
+"""Does each task in its own process, several at a time, so that a failure affects no other task."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Done(Generic[T]):
-    """A task that has ended, and in one line why it failed; None if it did not."""
+    """A task that has ended; `failure` is a line about why it failed, or None."""
 
     task: T
     failure: str | None
 
 
 def each_done(tasks: Sequence[T], do: Callable[[T], None], jobs: int) -> Iterator[Done[T]]:
-    """Do each task in a process of its own, `jobs` at a time; yield each as it ends.
+    """Do each task in its own process, `jobs` at a time, and yield each when it ends.
 
-    When the caller stops early, or is interrupted, the processes are killed.
+    If the caller stops early or is interrupted, the processes are killed.
     """
     context = multiprocessing.get_context("fork")
     running: dict[int, tuple[ForkProcess, Connection, T]] = {}
