@@ -46,15 +46,22 @@ def resolve(
     if base in kind.taken():
         return base
     target = base if ":" in base else _entry_point(base, kind)
-    module, _, attribute = target.rpartition(":")
-    code = code_of(module, folder, digest, allow_code=allow_code)
-    law = _record_in(code, attribute, kind)
+    module = target.rpartition(":")[0]
+    return registered(code_of(module, folder, digest, allow_code=allow_code), target, kind)
+
+
+def registered(code: Code, target: str, kind: Kind) -> str:
+    """Register the law or estimator that `target` names in a module; return its full reference.
+
+    Raises UnknownLawError.
+    """
+    law = _record_in(code, target.rpartition(":")[2], kind)
     if law.name in kind.taken():
         raise UnknownLawError(f"its name {law.name} is already that of one of Zenvoy's own")
     full = f"{target}#{code.digest}"
     if isinstance(law, Law) and not law.version:
         law = replace(law, version=code.version)
-    register(full, law)
+    register(full, law, code.sources)
     return full
 
 

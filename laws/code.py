@@ -32,6 +32,8 @@ class Code:
     path: Path
     digest: str
     version: str = ""
+    sources: Sources | None = None
+    """All that was run; None for a module that Python itself found."""
 
 
 def code_of(module: str, folder: Path | None, digest: str, *, allow_code: bool) -> Code:
@@ -52,14 +54,22 @@ def _of_file(path: Path, folder: Path | None, digest: str, *, allow_code: bool) 
         raise UnknownLawError("its file is not beside the scenario; --allow-code runs it")
     if not real.is_file():
         raise UnknownLawError(f"there is no file {path.name}")
-    sources = sources_of_file(real)
+    return code_in(sources_of_file(real), digest)
+
+
+def code_in(sources: Sources, digest: str) -> Code:
+    """Run the first module of the sources, and return it; raises UnknownLawError.
+
+    Where `digest` is not "", sources with another hash are refused before they are run.
+    """
+    real = next(iter(sources.modules.values())).path
     found = _required(digest, sources)
     if (real, found) not in _run:
         with errors_of_the_code(
-            lambda error: _failed(f"{path.name} cannot be run", error, sources)
+            lambda error: _failed(f"{real.name} cannot be run", error, sources)
         ):
             _run[real, found] = run_privately(sources)
-    return Code(module=_run[real, found], path=real, digest=found)
+    return Code(module=_run[real, found], path=real, digest=found, sources=sources)
 
 
 def _installed(name: str, folder: Path | None, digest: str, *, allow_code: bool) -> Code:

@@ -13,8 +13,10 @@ from typing import Any
 from zenvoy.laws import library
 from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Law
+from zenvoy.laws.sources import Sources
 
 _registered: dict[str, Law | Estimator] = {}
+_sources: dict[str, Sources] = {}
 
 
 @cache
@@ -26,9 +28,14 @@ def builtin() -> Mapping[str, Law]:
     return MappingProxyType({law.name: law for law in laws})
 
 
-def register(reference: str, law: Law | Estimator) -> None:
-    """Register a law or an estimator by its reference, here and in forked processes."""
+def register(reference: str, law: Law | Estimator, sources: Sources | None = None) -> None:
+    """Register a law or an estimator by its reference, here and in forked processes.
+
+    `sources` is what it was run from, unless Python itself found its module.
+    """
     _registered[reference] = law
+    if sources is not None:
+        _sources[reference] = sources
 
 
 def find(reference: str) -> Law | None:
@@ -51,6 +58,11 @@ def estimator_of(reference: str) -> Estimator:
     if not isinstance(estimator, Estimator):
         raise KeyError(reference)
     return estimator
+
+
+def sources_of(reference: str) -> Sources | None:
+    """Return what a registered law or estimator was run from; None where Python found it."""
+    return _sources.get(reference)
 
 
 def parameters_from(law: Law, section: object) -> Any:
