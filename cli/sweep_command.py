@@ -24,11 +24,19 @@ def sweep(
         int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
     ] = None,
     allow_code: AllowCodeOption = False,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Have the workers of a Dask cluster make the runs; the address of its scheduler.",
+        ),
+    ] = None,
 ) -> None:
     """Run a scenario over axes and seeds.
 
     Writes a table in Parquet and figures. Finished runs are kept, and not made again.
     """
+    from zenvoy.studies.sweeps.errors import ClusterError, NoClusterError
     from zenvoy.studies.sweeps.sweep import run_sweep
 
     command = f"zenvoy sweep {quote(study)}" + (f" --out {quote(str(out))}" if out else "")
@@ -42,10 +50,11 @@ def sweep(
                 on_line=_print,
                 command=command,
                 allow_code=allow_code,
+                dask=dask,
             )
-    except ScenarioError as error:
+    except (ScenarioError, NoClusterError) as error:
         refuse(str(error))
-    except OSError as error:
+    except (ClusterError, OSError) as error:
         errors.print(f"the sweep cannot go on: {error}")
         raise typer.Exit(exits.FAILED) from error
     except KeyboardInterrupt:

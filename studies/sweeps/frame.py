@@ -23,22 +23,32 @@ def sweep(
     jobs: int | None = None,
     on_line: Callable[[str], None] = print,
     allow_code: bool = False,
+    dask: str | None = None,
 ) -> DataFrame:
     """Run a study as `zenvoy sweep` does; return its table with a row for each cell and seed.
 
     `study` is the path of a study file, or a mapping with the same keys. `out` is the folder of the
     results, by default runs/<name of the study>; finished runs there are not made again. `jobs` is
     the number of runs at a time, by default one for each core. `on_line` gets a line for each run.
-    Laws of your own must lie beside the scenario; with `allow_code` they may lie anywhere.
-    The units of the columns are in `DataFrame.attrs["units"]`. Raises BadStudyError (a
-    ScenarioError) before anything is run, StudyError if pandas is not installed, or OSError.
+    Laws of your own must lie beside the scenario; with `allow_code` they may lie anywhere. `dask`
+    is the address of a Dask scheduler, whose workers then make the runs. The units of the columns
+    are in `DataFrame.attrs["units"]`.
+
+    Raises BadStudyError (a ScenarioError) before anything is run; StudyError if pandas is not
+    installed, or if there is no such cluster, or it is lost; or OSError.
     """
     if find_spec("pandas") is None:
         raise StudyError("pandas is not installed; run: pip install 'zenvoy[pandas]'")
     folder = None if out is None else Path(fspath(out))
     command = "zenvoy.studies.sweep(…)"
     done = run_sweep(
-        study, out=folder, jobs=jobs, on_line=on_line, command=command, allow_code=allow_code
+        study,
+        out=folder,
+        jobs=jobs,
+        on_line=on_line,
+        command=command,
+        allow_code=allow_code,
+        dask=dask,
     )
     table = table_of(done.results)
     frame = table.to_pandas()

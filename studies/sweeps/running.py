@@ -37,7 +37,18 @@ def keep_runs(
 
     Raises StudyError, LawError, ScenarioError, LogError or OSError; finished runs are kept.
     """
-    for key, found in zip(keys, runs_of([cell.load() for cell in cells], engine), strict=True):
+    keep_loaded([cell.load() for cell in cells], keys, engine, series, store)
+
+
+def keep_loaded(
+    scenarios: Sequence[Loaded],
+    keys: Sequence[str],
+    engine: Engine,
+    series: Sequence[str],
+    store: Store,
+) -> None:
+    """Do what `keep_runs` does, with scenarios that are loaded already."""
+    for key, found in zip(keys, runs_of(scenarios, engine), strict=True):
         values = {name: SERIES[name].of(found) for name in series}
         store.write(key, summary_of(found), {"time_s": found.time_s, **values} if series else {})
 

@@ -8,6 +8,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,7 +26,12 @@ STUDY: Final = "study.yaml"
 _IDENTITY: Final = "study.json"
 _RUNS: Final = "runs"
 
+_FORMS: Final = ("npz", "json")  # the summary is written last, as it says that a run is finished
+
 Floats = NDArray[np.float64]
+
+Files = Mapping[str, bytes]
+"""The files of a run by their form: its summary, `json`, and its time series, `npz`, if any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,14 +65,29 @@ class Store:
 
     def write(self, key: str, summary: Summary, series: Mapping[str, Any]) -> None:
         """Keep a run; raises OSError."""
+        files = {}
         if series:
-            partial = self._partial(key, "npz")
-            with partial.open("wb") as file:
-                np.savez_compressed(file, **dict(series))
-            os.replace(partial, self._path(key, "npz"))
-        partial = self._partial(key, "json")  # last, because it says that the run is finished
-        partial.write_bytes(utf8(as_json(summary)))
-        os.replace(partial, self._path(key, "json"))
+            buffer = BytesIO()
+            np.savez_compressed(buffer, **dict(series))
+            files["npz"] = buffer.getvalue()
+        self.put(key, files | {"json": utf8(as_json(summary))})
+
+    def files(self, key: str) -> Files | None:
+        """Return the files of a run, for another store; None if it is not finished."""
+        try:
+            summary = self._path(key, "json").read_bytes()
+            series = self._path(key, "npz")
+            return {"json": summary} | ({"npz": series.read_bytes()} if series.exists() else {})
+        except OSError:
+            return None
+
+    def put(self, key: str, files: Files) -> None:
+        """Keep a run, given by the files of another store; raises OSError."""
+        for form in _FORMS:
+            if form in files:
+                partial = self._partial(key, form)
+                partial.write_bytes(files[form])
+                os.replace(partial, self._path(key, form))
 
     def _path(self, key: str, form: str) -> Path:
         return self.folder / _RUNS / f"{key}.{form}"
@@ -103,9 +124,15 @@ def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
         if differing := [name for name, value in identity.items() if before.get(name) != value]:
             text = f"--out {folder}: holds another study ({', '.join(differing)} differ);"
             raise bad_study("", f"{text} name a new folder or an empty one")
-    (folder / _RUNS).mkdir(parents=True, exist_ok=True)
+    new_store(folder)
     _write_whole(folder / _IDENTITY, json.dumps(identity, indent=2) + "\n")
     _write_whole(folder / STUDY, text)
+
+
+def new_store(folder: Path) -> Store:
+    """Return a store in a folder, which is made if it does not exist; raises OSError."""
+    (folder / _RUNS).mkdir(parents=True, exist_ok=True)
+    return Store(folder=folder)
 
 
 def _identity(study: StudyFile) -> dict[str, Any]:

@@ -59,12 +59,13 @@ def _failure(child: ForkProcess, reader: Connection) -> str | None:
     child.join()
     with reader:
         try:
-            return str(reader.recv()) if reader.poll() else _died(child.exitcode)
+            return str(reader.recv()) if reader.poll() else died(child.exitcode)
         except EOFError:
-            return _died(child.exitcode)
+            return died(child.exitcode)
 
 
-def _died(code: int | None) -> str | None:
+def died(code: int | None) -> str | None:
+    """Return how a process with an exit code died; None if it ended as it should."""
     if code == 0:
         return None
     if code is not None and code < 0:
@@ -77,5 +78,9 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
     try:
         do(task)
     except Exception as error:  # noqa: BLE001  # a failed task, whatever failed, must not end the others
-        text = str(error) or type(error).__name__
-        writer.send(" ".join(text.split()))
+        writer.send(in_one_line(error))
+
+
+def in_one_line(error: BaseException) -> str:
+    """Return the text of an error, or its kind, in one line."""
+    return " ".join((str(error) or type(error).__name__).split())

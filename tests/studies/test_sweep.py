@@ -224,7 +224,7 @@ def test_a_batch_that_fails_is_repeated_run_by_run(
             os.kill(os.getpid(), signal.SIGKILL)
         kept(cells, *arguments)
 
-    monkeypatch.setattr("zenvoy.studies.sweeps.sweep.keep_runs", dies)
+    monkeypatch.setattr("zenvoy.studies.sweeps.crew.keep_runs", dies)
     reported: list[str] = []
     keys = {
         "scenario": "quickstart",

@@ -1,0 +1,1 @@
+"""Sweeps on a Dask cluster: its workers make the runs, and the caller keeps them."""
