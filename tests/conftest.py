@@ -32,6 +32,13 @@ from mcap.stream_reader import StreamReader
 settings.register_profile("busy", deadline=None)
 settings.load_profile("busy")
 
+# A shell that puts the tests into the background has them ignore Ctrl-C, and nohup SIGHUP. Zenvoy
+# respects that, so its tests start as in a terminal.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
 LIMIT_S: Final = 60.0
 _LIBC: Final = ctypes.CDLL(None)
 _PR_SET_PDEATHSIG: Final = 1
