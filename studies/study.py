@@ -116,14 +116,17 @@ class Study:
             initargs=(os.getpid(),),
         )
         try:
-            with requests_held():  # the pool forks its workers here
-                futures = {pool.submit(_make, task): task for task in tasks}
+            futures: dict[Future[str], Task] = {}
+            for task in tasks:
+                with requests_held():  # the pool forks its workers here
+                    futures[_submitted(pool, task)] = task
             done = ((futures[one], _result_of(one, futures[one])) for one in as_completed(futures))
             self._report(tasks, done)
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
                 child.kill()
+            # Wait: Python's own end, and that of the pool's thread, would close one pipe twice.
+            pool.shutdown(cancel_futures=True)
             raise
         pool.shutdown()
 
@@ -186,12 +189,22 @@ def _keep(found: Digest, folder: Path) -> None:
     found.save(folder / _DIGEST)
 
 
+def _submitted(pool: ProcessPoolExecutor, task: Task) -> Future[str]:
+    """Hand a task to the pool; raises StudyError if one of its processes has died by now."""
+    try:
+        return pool.submit(_make, task)
+    except BrokenExecutor as error:
+        raise _died(task) from error
+
+
+def _died(task: Task) -> StudyError:
+    cell = task.cells[0]
+    return StudyError(f"{cell.scenario}, seed {cell.seed}: a process of the study died")
+
+
 def _result_of(future: Future[str], task: Task) -> str:
     """Return what a task returned; raises what it raised, and StudyError if its process died."""
     try:
         return future.result()
     except BrokenExecutor as error:
-        cell = task.cells[0]
-        raise StudyError(
-            f"{cell.scenario}, seed {cell.seed}: a process of the study died"
-        ) from error
+        raise _died(task) from error

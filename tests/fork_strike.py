@@ -1,4 +1,7 @@
-"""A request to end arrives during a fork, where Python ignores what a signal handler raises."""
+"""What may happen in a fork: a request to end arrives, or the child ends at once.
+
+Python ignores what a signal handler raises there.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from contextlib import contextmanager
 from typing import Final
 
 _armed: Final[list[int]] = []
+_ends_at_once: Final[list[bool]] = []
 
 
 def _strike() -> None:
@@ -16,7 +20,12 @@ def _strike() -> None:
         os.kill(os.getpid(), _armed.pop())
 
 
-os.register_at_fork(before=_strike)
+def _end() -> None:
+    if _ends_at_once:
+        os._exit(1)
+
+
+os.register_at_fork(before=_strike, after_in_child=_end)
 
 
 @contextmanager
@@ -27,3 +36,13 @@ def strike_at_fork(number: signal.Signals) -> Iterator[None]:
         yield
     finally:
         _armed.clear()
+
+
+@contextmanager
+def children_end_at_once() -> Iterator[None]:
+    """Make every child that is forked end at once."""
+    _ends_at_once.append(True)
+    try:
+        yield
+    finally:
+        _ends_at_once.clear()

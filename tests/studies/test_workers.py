@@ -9,10 +9,10 @@ from typing import Final
 
 import pytest
 
-from tests.fork_strike import strike_at_fork
+from tests.fork_strike import children_end_at_once, strike_at_fork
 from zenvoy.fleet.requests import REQUESTS_TO_END, interruptible
 from zenvoy.studies.cell import Cell
-from zenvoy.studies.study import Study
+from zenvoy.studies.study import Study, StudyError
 from zenvoy.studies.sweeps.workers import each_done
 
 CELLS: Final = [Cell(scenario="quickstart", seed=seed, duration_s=1.0) for seed in (1, 2)]
@@ -34,6 +34,13 @@ def test_a_request_during_the_fork_of_a_worker_ends_the_study(
 ) -> None:
     with pytest.raises(KeyboardInterrupt), interruptible(), strike_at_fork(number):
         Study(folder=tmp_path, engine="in-process").run(CELLS)
+
+
+def test_a_study_reports_workers_that_die_at_once(tmp_path: Path) -> None:
+    """Some die while tasks are still handed to them."""
+    many = [Cell(scenario="quickstart", seed=seed, duration_s=1.0) for seed in range(1, 301)]
+    with pytest.raises(StudyError, match="a process of the study died"), children_end_at_once():
+        Study(folder=tmp_path, engine="in-process").run(many)
 
 
 def _end_itself(_task: int) -> None:
