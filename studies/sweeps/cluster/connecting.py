@@ -14,6 +14,7 @@ from distributed.utils import LoopRunner, sync
 
 from zenvoy.studies.sweeps.cluster.versions import PACKAGES, difference, versions_here
 from zenvoy.studies.sweeps.errors import NoClusterError
+from zenvoy.studies.sweeps.plan import counted
 
 LIMIT_S: Final = 10.0
 
@@ -32,7 +33,8 @@ def client_of(address: str) -> Iterator[Client]:
         client = Client(address, timeout=LIMIT_S, set_as_default=False)
         try:
             if unlike := unlike_workers(client):
-                more = f" (and {len(unlike) - 1} other workers)" if unlike[1:] else ""
+                others = counted(len(unlike) - 1, "other worker")
+                more = f" (and {others})" if unlike[1:] else ""
                 raise NoClusterError(f"--dask {address}: {unlike[0]}{more}")
             yield client
         finally:
