@@ -33,6 +33,7 @@ from zenvoy.cli.streams import flush
 from zenvoy.cli.study_commands import STUDY_COMMANDS
 from zenvoy.cli.sweep_command import SWEEP_COMMANDS
 from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.cli.tune_command import TUNE_COMMANDS
 from zenvoy.cli.usage import App
 from zenvoy.fleet.requests import interruptible
 from zenvoy.scenarios import (
@@ -320,7 +321,7 @@ def trace(
     raise typer.Exit(trace(file, options, limit_mps2, out, console, errors))
 
 
-for command in (*LOG_COMMANDS, *STUDY_COMMANDS, *SWEEP_COMMANDS):
+for command in (*LOG_COMMANDS, *STUDY_COMMANDS, *SWEEP_COMMANDS, *TUNE_COMMANDS):
     app.command()(command)
 
 

@@ -21,8 +21,14 @@ _MESSAGES: Final = {
     "less_than_equal": "is not at most {le}",
 }
 
-# Packages of the extra `analysis`: pages, pictures and exports need them, a run does not.
-_ANALYSIS_PACKAGES: Final = {"jinja2", "matplotlib", "pyarrow"}
+# Packages that only some commands need, and the extra that each is in; a run needs none of them.
+_EXTRAS: Final = {
+    "jinja2": "analysis",
+    "matplotlib": "analysis",
+    "pyarrow": "analysis",
+    "optuna": "tune",
+    "sqlalchemy": "tune",
+}
 
 
 class App(typer.Typer):
@@ -62,9 +68,9 @@ def outcome(app: typer.Typer, arguments: Sequence[str] | None = None) -> int:
         return exits.INTERRUPTED
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
-        if package not in _ANALYSIS_PACKAGES:
+        if package not in _EXTRAS:
             raise
-        errors.print(f"{package} is not installed; run: pip install 'zenvoy[analysis]'")
+        errors.print(f"{package} is not installed; run: pip install 'zenvoy[{_EXTRAS[package]}]'")
         return exits.FAILED
     except SystemExit as error:  # raised by shell completion
         return error.code if isinstance(error.code, int) else exits.BAD_INPUT

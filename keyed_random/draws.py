@@ -48,6 +48,7 @@ class Purpose(IntEnum):
     BACKOFF = 28
     LAW = 29
     STUDY_AXIS = 30
+    SEARCH = 31
 
 
 def numbered(purpose: int, number: int) -> int:

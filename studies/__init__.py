@@ -1,20 +1,23 @@
 """Studies: many runs, several at a time, each kept as a digest or a summary.
 
-`sweep` is imported on first use, because it needs the packages of the extra `analysis`.
+`sweep` and `tune` are imported on first use, because they need the packages of extras.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from zenvoy.studies.sweeps.frame import sweep
+    from zenvoy.studies.tuning.frame import tune
 
-__all__ = ["sweep"]
+__all__ = ["sweep", "tune"]
+
+_MODULES: Final = {"sweep": "zenvoy.studies.sweeps.frame", "tune": "zenvoy.studies.tuning.frame"}
 
 
 def __getattr__(name: str) -> Any:
-    if name != "sweep":
+    if name not in _MODULES:
         raise AttributeError(f"module 'zenvoy.studies' has no attribute {name!r}")
-    return import_module("zenvoy.studies.sweeps.frame").sweep
+    return getattr(import_module(_MODULES[name]), name)

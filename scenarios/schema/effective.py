@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from io import StringIO
 from typing import Any
 
@@ -40,13 +41,18 @@ _Representer.add_representer(list, _Representer.represent_list)
 
 def effective_yaml(scenario: Scenario, *, ascii_only: bool = False) -> str:
     """Return YAML with every value in the order of the schema; loading it gives the scenario."""
+    return as_yaml(scenario.model_dump(mode="json"), ascii_only=ascii_only)
+
+
+def as_yaml(values: Mapping[str, Any], *, ascii_only: bool = False) -> str:
+    """Return values of a scenario as YAML, in their order."""
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
     yaml.default_flow_style = False
     yaml.allow_unicode = not ascii_only
     yaml.width = 2**31  # no folded lines
     stream = StringIO()
-    yaml.dump(scenario.model_dump(mode="json"), stream)
+    yaml.dump(dict(values), stream)
     return stream.getvalue()
 
 

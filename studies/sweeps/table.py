@@ -37,12 +37,12 @@ def table_of(results: Results) -> pa.Table:
         "cell": (pa.array([row.cell.number for row in rows], pa.int64()), "")
     }
     for key in results.plan.study.axes:
-        columns[key] = (_values([row.cell.point[key] for row in rows]), unit_of_axis(key))
+        columns[key] = (column_of([row.cell.point[key] for row in rows]), unit_of_axis(key))
     columns["seed"] = (pa.array([row.seed for row in rows], pa.int64()), "")
     columns["failure"] = (pa.array([row.failure for row in rows], pa.string()), "")
     for name in results.measures:
-        columns[name] = (_numbers([row.figures[name] for row in rows]), MEASURES[name].unit)
-    return _table(columns)
+        columns[name] = (number_column([row.figures[name] for row in rows]), MEASURES[name].unit)
+    return with_units(columns)
 
 
 def parquet_bytes(table: pa.Table) -> bytes:
@@ -73,7 +73,7 @@ def write_series(results: Results, store: Store, path: Path) -> None:
 
 def _pieces(results: Results, store: Store) -> Iterator[pa.Table]:
     study = results.plan.study
-    every = {key: _values([cell.point[key] for cell in results.plan.cells]) for key in study.axes}
+    every = {key: column_of([cell.point[key] for cell in results.plan.cells]) for key in study.axes}
     for row in results.rows:
         found = store.series(row.key, study.series)
         if found is None or row.failure is not None:
@@ -87,7 +87,7 @@ def _pieces(results: Results, store: Store) -> Iterator[pa.Table]:
         columns["time_s"] = (pa.array(found["time_s"]), "s")
         for name in study.series:
             columns[name] = (pa.array(found[name]), SERIES[name].unit)
-        yield _table(columns)
+        yield with_units(columns)
 
 
 def legend(results: Results) -> Sheet:
@@ -152,7 +152,8 @@ def _titled(name: str, unit: str) -> str:
     return f"{name}, {unit}" if unit else name
 
 
-def _table(columns: dict[str, tuple[pa.Array, str]]) -> pa.Table:
+def with_units(columns: dict[str, tuple[pa.Array, str]]) -> pa.Table:
+    """Return a table of columns and their units, which are in the fields' metadata."""
     fields = [
         pa.field(name, array.type, metadata={"unit": unit} if unit else None)
         for name, (array, unit) in columns.items()
@@ -160,16 +161,17 @@ def _table(columns: dict[str, tuple[pa.Array, str]]) -> pa.Table:
     return pa.table([array for array, _ in columns.values()], schema=pa.schema(fields))
 
 
-def _values(values: list[Any]) -> pa.Array:
+def column_of(values: list[Any]) -> pa.Array:
     """Return the values of an axis: truth values, numbers, or else text, with JSON for the rest."""
     if all(isinstance(value, bool) for value in values):
         return pa.array(values, pa.bool_())
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return _numbers(values)
+        return number_column(values)
     return pa.array([v if isinstance(v, str) else json.dumps(v) for v in values], pa.string())
 
 
-def _numbers(values: list[Any]) -> pa.Array:
+def number_column(values: list[Any]) -> pa.Array:
+    """Return numbers, whole ones if all are whole; None is null."""
     known = [value for value in values if value is not None]
     whole = bool(known) and all(isinstance(value, int) for value in known)
     return pa.array(values, pa.int64() if whole else pa.float64())

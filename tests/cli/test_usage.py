@@ -158,9 +158,18 @@ def test_a_shell_completes_scenarios(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("missing", ["matplotlib", "jinja2", "pyarrow"])
+@pytest.mark.parametrize(
+    ("missing", "extra"),
+    [
+        ("matplotlib", "analysis"),
+        ("jinja2", "analysis"),
+        ("pyarrow", "analysis"),
+        ("optuna", "tune"),
+        ("sqlalchemy", "tune"),
+    ],
+)
 def test_a_missing_package_of_the_extra_is_named(
-    missing: str, capsys: pytest.CaptureFixture[str]
+    missing: str, extra: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     alone = App()
 
@@ -169,5 +178,5 @@ def test_a_missing_package_of_the_extra_is_named(
         raise ModuleNotFoundError(f"No module named '{missing}.sub'", name=f"{missing}.sub")
 
     assert outcome(alone, []) == 1
-    expected = f"{missing} is not installed; run: pip install 'zenvoy[analysis]'\n"
+    expected = f"{missing} is not installed; run: pip install 'zenvoy[{extra}]'\n"
     assert capsys.readouterr().err == expected

@@ -1,0 +1,29 @@
+"""The folder of a search: it belongs to one study, and to one process at a time."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from zenvoy.studies.sweeps.errors import bad_study
+
+
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Keep other searches out of an existing folder; raises BadStudyError if one is at work in it.
+
+    The lock ends with the process, however that ends.
+    """
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            text = f"--out {folder}: another zenvoy tune is at work there; wait for its end"
+            raise bad_study("", text) from None
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,56 @@
+"""A search from a notebook: its trials as a DataFrame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zenvoy.studies.study import StudyError
+from zenvoy.studies.sweeps.sweep import Study
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_EXTRAS = {"optuna": "tune", "pandas": "pandas"}
+
+
+def tune(
+    study: Study,
+    *,
+    out: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    on_line: Callable[[str], None] = print,
+    allow_code: bool = False,
+) -> DataFrame:
+    """Search as `zenvoy tune` does; return its trials, a row for each.
+
+    `study` is the path of a study file, or a mapping with the same keys. `out` is the folder of the
+    results, by default runs/<name of the study>; finished trials there are not made again. `jobs`
+    is the number of processes for the seeds of a trial, by default one for each core. `on_line`
+    gets a line for each trial. Laws of your own must lie beside the scenario; with `allow_code`
+    they may lie anywhere. The units of the columns are in `DataFrame.attrs["units"]`, and the
+    number of the best trial is in `DataFrame.attrs["best"]`, None if none is feasible. Raises
+    BadStudyError (a ScenarioError) before anything is run, StudyError if Optuna or pandas is not
+    installed, or OSError.
+    """
+    for package, extra in _EXTRAS.items():
+        if find_spec(package) is None:
+            raise StudyError(f"{package} is not installed; run: pip install 'zenvoy[{extra}]'")
+    from zenvoy.studies.tuning.table import table_of
+    from zenvoy.studies.tuning.tune import run_tune
+
+    folder = None if out is None else Path(fspath(out))
+    command = "zenvoy.studies.tune(…)"
+    done = run_tune(
+        study, out=folder, jobs=jobs, on_line=on_line, command=command, allow_code=allow_code
+    )
+    table = table_of(done.study, done.trials)
+    frame = table.to_pandas()
+    frame.attrs["units"] = {
+        field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata
+    }
+    frame.attrs["best"] = None if done.best is None else done.best.number
+    return frame

@@ -1,0 +1,100 @@
+"""Proposes the next trial of a search, from those before it and nothing else.
+
+Optuna's samplers keep a state of their own. Here each trial gets a new sampler, with a seed made of
+the study's seed and the number of the trial. So a search that is resumed proposes what it would
+have proposed without the stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import optuna
+from optuna.distributions import (
+    BaseDistribution,
+    CategoricalDistribution,
+    FloatDistribution,
+    IntDistribution,
+)
+from optuna.samplers import BaseSampler, RandomSampler, TPESampler
+from optuna.trial import FrozenTrial, TrialState, create_trial
+
+from zenvoy.keyed_random.draws import Purpose, uniforms
+from zenvoy.studies.sweeps.plan import Point
+from zenvoy.studies.tuning.parameters import Choices, Parameter, Span
+from zenvoy.studies.tuning.study import TuneStudy
+from zenvoy.studies.tuning.trial import Trial
+
+_FAILED: Final = "failed"
+_MOST: Final = 1e6  # of an excess, which may be infinite
+
+
+def proposal(study: TuneStudy, trials: Sequence[Trial]) -> Point:
+    """Return the values to try after these trials, which are in the order of their numbers."""
+    optuna.logging.set_verbosity(optuna.logging.ERROR)
+    search = optuna.create_study(direction=study.direction, sampler=_sampler(study, len(trials)))
+    for trial in trials:
+        search.add_trial(as_frozen(study, trial))
+    asked = search.ask(distributions(study)).params
+    return {key: _value(one, asked[key]) for key, one in study.parameters.items()}
+
+
+def distributions(study: TuneStudy) -> dict[str, BaseDistribution]:
+    """Return the ranges of all parameters, as Optuna has them."""
+    return {key: _distribution(parameter) for key, parameter in study.parameters.items()}
+
+
+def as_frozen(study: TuneStudy, trial: Trial) -> FrozenTrial:
+    """Return a trial as Optuna has it; one without an objective counts as pruned.
+
+    The excess over a limit is in parts of the limit, so that those of different units compare.
+    """
+    objective = trial.objective(study)
+    excess = {
+        f"{one.figure}.{one.bound}": _scaled(one.excess(trial.figures[one.figure]), one.limit)
+        for one in study.constraints
+        if trial.figures.get(one.figure)
+    }
+    return create_trial(
+        state=TrialState.PRUNED if objective is None else TrialState.COMPLETE,
+        value=objective,
+        params={key: _label(one, trial.point[key]) for key, one in study.parameters.items()},
+        distributions=distributions(study),
+        constraints=excess | ({_FAILED: 1.0} if trial.failure else {}),
+    )
+
+
+def _sampler(study: TuneStudy, before: int) -> BaseSampler:
+    draw, _ = uniforms(study.sampler.seed, Purpose.SEARCH, 0, 0, before)
+    seed = int(draw * 2**32)
+    if study.sampler.kind == "random":
+        return RandomSampler(seed=seed)
+    return TPESampler(seed=seed, n_startup_trials=study.sampler.startup)
+
+
+def _distribution(parameter: Parameter) -> BaseDistribution:
+    if isinstance(parameter, Choices):
+        return CategoricalDistribution(parameter.labels)
+    assert isinstance(parameter, Span)
+    if parameter.whole:
+        step = int(parameter.step or 1)
+        return IntDistribution(int(parameter.low), int(parameter.high), parameter.log, step)
+    low, high = float(parameter.low), float(parameter.high)
+    return FloatDistribution(low, high, parameter.log, parameter.step)
+
+
+def _value(parameter: Parameter, asked: Any) -> Any:
+    if isinstance(parameter, Choices):
+        return parameter.choice_of(asked)
+    assert isinstance(parameter, Span)
+    return parameter.value_of(asked)
+
+
+def _label(parameter: Parameter, value: Any) -> Any:
+    return parameter.label_of(value) if isinstance(parameter, Choices) else value
+
+
+def _scaled(excess: float, limit: float) -> float:
+    return math.copysign(min(abs(excess) / (abs(limit) or 1.0), _MOST), excess)
