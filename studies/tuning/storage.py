@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -33,7 +35,11 @@ class Trials:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         try:
             with requests_held():
-                self._storage = RDBStorage(f"sqlite:///{folder / TRIALS}")
+                # The path is no part of the URL, in which some of its characters have a meaning.
+                connect = partial(sqlite3.connect, folder / TRIALS)
+                self._storage = RDBStorage(
+                    f"sqlite:///{TRIALS}", engine_kwargs={"creator": connect}
+                )
                 self._kept = optuna.create_study(
                     storage=self._storage,
                     study_name=_NAME,

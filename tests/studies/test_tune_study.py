@@ -234,6 +234,18 @@ def test_a_search_in_theory_alone_runs_nothing(tmp_path: Path) -> None:
     assert list((tmp_path / "o" / "runs").iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["a?b=c#d", "100 % {x}", "Zügé"])
+def test_a_folder_may_have_any_name(tmp_path: Path, name: str) -> None:
+    keys = {**KEYS, "minimize": "head_to_tail_gain", "trials": 1}
+    keys |= {"settings": {"road.type": "open"}}
+    for line in ("1 trial × 1 seed, 1 to do", "1 trial × 1 seed, 0 to do"):
+        told: list[str] = []
+        run_tune(keys, out=tmp_path / name, jobs=1, on_line=told.append, command="c")
+        assert told[0] == line
+    assert (tmp_path / name / "trials.db").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
 def test_a_folder_is_for_one_search_at_a_time(tmp_path: Path) -> None:
     refused = pytest.raises(ScenarioError, match="another zenvoy tune is at work")
     with held(tmp_path), refused, held(tmp_path):
