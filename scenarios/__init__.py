@@ -32,7 +32,7 @@ from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
 from zenvoy.scenarios.schema.inputs import Model
 from zenvoy.scenarios.schema.own_laws import own_laws, setpoint_at
-from zenvoy.scenarios.schema.roster import Phase, Settings, group_members, roster
+from zenvoy.scenarios.schema.roster import Limits, Phase, Settings, group_members, roster
 from zenvoy.scenarios.schema.scenario import (
     Beacons,
     Control,
@@ -47,6 +47,7 @@ from zenvoy.scenarios.schema.scenario import (
     Scenario,
     Sensors,
     Switch,
+    Vehicle,
 )
 from zenvoy.scenarios.schema.sets import members
 from zenvoy.scenarios.schema.technologies import technologies
@@ -69,6 +70,7 @@ __all__ = [
     "Group",
     "InvalidScenarioError",
     "Latency",
+    "Limits",
     "Loaded",
     "Loss",
     "Medium",
@@ -96,6 +98,7 @@ __all__ = [
     "Trace",
     "UnknownScenarioError",
     "UnreadableScenarioError",
+    "Vehicle",
     "builtin",
     "effective_json",
     "effective_yaml",

@@ -38,7 +38,7 @@ class Vehicle:
         self._position = _position(scenario, vehicle)
         self._period_ns, self._delay_ns = scenario.period_ns, scenario.system_delay_ns
         self._targets = settings.targets
-        self._limit = scenario.control.acceleration_limit_mps2
+        self._limits = settings.limits
         self._constant: Aim | None = None  # where the schedule changes nothing
         if not self._targets.change:
             self._constant = self._aim_at(0)
@@ -47,7 +47,7 @@ class Vehicle:
         self._estimates = any(one.law.needs.prediction for one in every)
         self._counts_neighbours = any(one.law.needs.sides for one in every)
         self._neighbours = neighbours(scenario, vehicle, every)
-        self._known = Knowledge(scenario, self._neighbours, self._estimates)
+        self._known = Knowledge(scenario, self._neighbours, self._estimates, settings.lag_s)
         self._memory, self._seed = Memory(), scenario.seed
         self._cycle = 0  # of the newest sense
 
@@ -138,7 +138,7 @@ class Vehicle:
             v_des=targets.desired_speed_mps.at(now_ns),
         )
         cruise = targets.desired_speed_mps.rate(now_ns) if cruises else None
-        return Aim(setpoint, self._limit, cruise)
+        return Aim(setpoint, self._limits, cruise)
 
     def _view(self, controller: Controller, now_ns: int) -> View:
         """What there is to decide on, as far as the law looks at it."""

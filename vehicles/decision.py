@@ -9,9 +9,20 @@ from math import isfinite, isinf
 from typing import Any, Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, clipped, law_of
+from zenvoy.laws import (
+    Law,
+    Motion,
+    Observation,
+    Output,
+    Relative,
+    Setpoint,
+    larger,
+    law_of,
+    smaller,
+)
 from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT
+from zenvoy.scenarios import Limits
 from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.time_limit import time_limit
 
@@ -53,14 +64,14 @@ class Predicted(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """What a vehicle is to reach, and within which acceleration (m/s²).
+    """What a vehicle is to reach, and within which accelerations (m/s²).
 
     cruise: how fast (m/s²) the desired speed of one who has nobody ahead changes; None: it keeps
     its speed.
     """
 
     setpoint: Setpoint
-    limit: float
+    limits: Limits
     cruise: float | None = None
 
 
@@ -78,7 +89,7 @@ class Controller:
 
 
 class Decision(NamedTuple):
-    """Acceleration (m/s²), within the limit, and the mode behind it.
+    """Acceleration (m/s²), within the limits, and the mode behind it.
 
     neighbours: how many vehicles on each side counted (0: the law looks at none). logged, state:
     what the law returned beside the acceleration.
@@ -111,7 +122,7 @@ def decide(
     law = controller.law
     seen = predicted if predicted is not None and law.needs.prediction else read
     if position is Position.FIRST:
-        return Decision(clipped(cruising(seen.speed, aim), aim.limit), pb.MODE_CONSTANT_SPEED)
+        return Decision(limited(cruising(seen.speed, aim), *aim.limits), pb.MODE_CONSTANT_SPEED)
     if read.radar is None:
         return Decision(0.0, pb.MODE_CONSTANT_SPEED)
     if seen.ahead is not None and position is Position.LAST and law.two_sided():
@@ -124,12 +135,17 @@ def decide(
     )
     output = applied(controller, observation)
     return Decision(
-        clipped(output.acceleration, aim.limit),
+        limited(output.acceleration, *aim.limits),
         controller.mode,
         len(observation.sides),
         output.logged,
         output.state,
     )
+
+
+def limited(a: Number, lowest: Number, highest: Number) -> Number:
+    """Return the acceleration that a vehicle may command, m/s²: floats or arrays."""
+    return larger(lowest, smaller(highest, a))
 
 
 def cruising(v: float, aim: Aim) -> float:
@@ -148,7 +164,7 @@ def driven(v: Number, setpoint: Setpoint, cruise: Number) -> Number:
 
 def _follow(ahead: Relative, speed: float, aim: Aim, mode: int) -> Decision:
     acceleration = _FOLLOWING(Observation(speed, aim.setpoint, ahead), None)
-    return Decision(clipped(acceleration, aim.limit), mode)
+    return Decision(limited(acceleration, *aim.limits), mode)
 
 
 def _observed(

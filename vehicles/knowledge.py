@@ -10,6 +10,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.commanded import commanded
 from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.gains import gain_schedule, settle
@@ -26,10 +27,13 @@ CONTRADICTS: Final = 0.1
 class Knowledge:
     """Fed in order: `sense` at t_k, `take_in` at t_k + v2v_wait, `command` when it is decided.
 
-    `estimates`: whether to run the filters, which only PBCM needs.
+    `estimates`: whether to run the filters, which only PBCM needs. lag_s: time constant of the
+    vehicle's actuator, s; 0: none.
     """
 
-    def __init__(self, scenario: Scenario, neighbours: Neighbours, estimates: bool) -> None:
+    def __init__(
+        self, scenario: Scenario, neighbours: Neighbours, estimates: bool, lag_s: float = 0.0
+    ) -> None:
         self._neighbours = neighbours
         self._ahead_id = neighbours.ahead[0] if neighbours.ahead else 0
         self._behind_id = neighbours.behind[0] if neighbours.behind else 0
@@ -39,10 +43,8 @@ class Knowledge:
         self._keep_ns = (
             scenario.beacon_age_limit_ns + scenario.system_delay_ns + 4 * scenario.period_ns
         )
-        self._own, self._ahead, self._behind, self._commanded = (
-            Motion(self._keep_ns) for _ in range(4)
-        )
-        self._commanded.learn(0, 0, 0.0, (), ())
+        self._own, self._ahead, self._behind = (Motion(self._keep_ns) for _ in range(3))
+        self._commanded = commanded(lag_s, self._keep_ns)
         self.radio = Radio(neighbours, scenario.beacon_age_limit_ns)
         self._sense = pb.Sense()
         self.radar: Relative | None = None
@@ -92,6 +94,7 @@ class Knowledge:
         reading = sense.acceleration
         if abs(reading - self._commanded.mean(start_ns, time_ns)) > CONTRADICTS:
             plan = [time_ns], [reading]
+            self._commanded.restart(time_ns, reading)
         else:
             plan = self._commanded.steps_from(time_ns)
         self._own.learn(start_ns, time_ns, reading, *plan)
@@ -120,7 +123,7 @@ class Knowledge:
 
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""
-        self._commanded.learn(effective_ns, effective_ns, acceleration, (), ())
+        self._commanded.command(effective_ns, acceleration)
 
     def read(self, now_ns: int) -> View:
         """The newest readings, as they are; what is older than the age limit is missing."""

@@ -27,6 +27,10 @@ class Override(Protocol):
         """Instants between the two at which the acceleration changes."""
         ...
 
+    def in_force(self, time_ns: int) -> bool:
+        """Whether it rules from `time_ns` on."""
+        ...
+
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | float | None:
         """What acts from `time_ns` on (m/s²) at that speed (m/s); None while not in force."""
         ...
@@ -45,9 +49,13 @@ class Braking:
         """Its start and its end, where they lie between the two."""
         return (t for t in (self.start_ns, self.end_ns) if after_ns < t < before_ns)
 
+    def in_force(self, time_ns: int) -> bool:
+        """Whether it brakes."""
+        return self.start_ns <= time_ns < self.end_ns
+
     def acceleration(self, time_ns: int, speed: Floats) -> float | None:
         """The deceleration (m/s²), while it brakes."""
-        return -self.deceleration if self.start_ns <= time_ns < self.end_ns else None
+        return -self.deceleration if self.in_force(time_ns) else None
 
 
 class Returning:
@@ -67,6 +75,10 @@ class Returning:
         times = (self._brakes_ns, self._start_ns, self._end_ns)
         return (t for t in times if after_ns < t < before_ns)
 
+    def in_force(self, time_ns: int) -> bool:
+        """Whether it goes back."""
+        return self._start_ns <= time_ns < self._end_ns
+
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
         """What takes it there evenly (m/s²), while it goes back.
 
@@ -74,7 +86,7 @@ class Returning:
         """
         if self._before is None and time_ns >= self._brakes_ns:
             self._before = speed.copy()
-        if self._before is None or not self._start_ns <= time_ns < self._end_ns:
+        if self._before is None or not self.in_force(time_ns):
             return None
         return np.asarray((self._before - speed) / ((self._end_ns - time_ns) * 1e-9))
 
@@ -97,6 +109,10 @@ class Overrides:
     def changes(self, after_ns: int, before_ns: int) -> set[int]:
         """Instants between the two at which an acceleration changes."""
         return {t for override in self._all for t in override.changes(after_ns, before_ns)}
+
+    def ruled(self, time_ns: int) -> list[int]:
+        """Indices of the vehicles whose acceleration events rule from `time_ns` on."""
+        return [override.vehicle - 1 for override in self._all if override.in_force(time_ns)]
 
     def applied(self, time_ns: int, a: Floats, speed: Floats) -> Floats:
         """Accelerations (…, n) from `time_ns` on: `a` where nothing overrides it, at `speed`."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, roster
+from zenvoy.world.actuators import Actuators
 from zenvoy.world.contacts import Contacts
 from zenvoy.world.dynamics import acting, advance
 from zenvoy.world.events import Overrides
@@ -20,13 +21,14 @@ Floats = NDArray[np.float64]
 class Fleet:
     """Positions (m, not wrapped), speeds (m/s) and accelerations (m/s²) at `time_ns`.
 
-    All are (n,), or (runs, n) for several runs of a scenario side by side, which share the events
-    and the instants at which commands take effect.
+    All are (n,). With `batch`, scenarios that differ from the first in nothing but their seed, they
+    are (runs, n): runs side by side, which share the events and the instants at which commands take
+    effect.
     """
 
-    def __init__(self, scenario: Scenario, runs: int | None = None) -> None:
+    def __init__(self, scenario: Scenario, batch: Sequence[Scenario] | None = None) -> None:
         fleet = scenario.fleet
-        shape = (fleet.size,) if runs is None else (runs, fleet.size)
+        shape = (fleet.size,) if batch is None else (len(batch), fleet.size)
         self.time_ns = 0
         self.road = Road(scenario.ring_length_m)
         at_start = np.arange(fleet.size - 1.0, -1.0, -1.0) * fleet.gap_m
@@ -36,22 +38,29 @@ class Fleet:
         self.gaps: Floats = self.road.gaps(self.position)
         """To the vehicle ahead, m; NaN for the first of the open road."""
         self._contacts = Contacts(self.road, fleet.length_m)
-        self._limit = scenario.control.acceleration_limit_mps2
+        settings = [one for run in batch or [scenario] for one in roster(run)]
+        self._lowest = np.array([one.limits.lowest for one in settings]).reshape(shape)
+        self._highest = np.array([one.limits.highest for one in settings]).reshape(shape)
+        lag_s = np.array([one.lag_s for one in settings]).reshape(shape)
+        self._actuators = Actuators(lag_s) if lag_s.any() else None
         self._overrides = Overrides(scenario)
         self._commanded: Floats = np.zeros(shape)
         self._coming: dict[int, list[tuple[int | slice, Floats | float]]] = {}
 
     @property
     def acceleration(self) -> Floats:
-        """What acts from `time_ns` on, m/s²."""
+        """What acts at `time_ns`, m/s²."""
         a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        if self._actuators is not None:
+            a = np.where(self._lags(), self._actuators.acceleration, a)
         return acting(self.speed, a)
 
     def command(self, commands: Iterable[pb.Command]) -> None:
         """Take in commands, to be applied when they take effect (at once, if that has passed)."""
         for command in commands:
-            a = max(-self._limit, min(self._limit, command.acceleration))
-            self._coming.setdefault(command.effective_ns, []).append((command.vehicle - 1, a))
+            index = command.vehicle - 1
+            a = max(self._lowest[index], min(self._highest[index], command.acceleration))
+            self._coming.setdefault(command.effective_ns, []).append((index, float(a)))
 
     def let_roll(self, vehicle: int, from_ns: int) -> None:
         """Set the acceleration of a vehicle to 0 from an instant on, until its next command."""
@@ -59,15 +68,14 @@ class Fleet:
 
     def command_all(self, effective_ns: int, a: Floats) -> None:
         """Take in a command for every vehicle, of the shape of `speed`."""
-        limited = np.maximum(-self._limit, np.minimum(self._limit, a))
+        limited = np.maximum(self._lowest, np.minimum(self._highest, a))
         self._coming.setdefault(effective_ns, []).append((slice(None), limited))
 
     def advance_to(self, time_ns: int) -> list[tuple[int, int]]:
         """Move to `time_ns`; returns who ran into the vehicle ahead: run and index, from 0."""
         start_ns, start_speed = self.time_ns, self.speed
         for until_ns in self._changes(time_ns):
-            dt_s = (until_ns - self.time_ns) * 1e-9
-            self.position, self.speed = advance(self.position, self.speed, self.acceleration, dt_s)
+            self._move((until_ns - self.time_ns) * 1e-9)
             self.time_ns = until_ns
             self._apply()
         if time_ns > start_ns:
@@ -77,6 +85,25 @@ class Fleet:
         if self._contacts.moved:
             self.gaps = self.road.gaps(self.position)
         return collided
+
+    def _move(self, dt_s: float) -> None:
+        """Move for dt_s, in which no command changes."""
+        a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        position, speed = advance(self.position, self.speed, acting(self.speed, a), dt_s)
+        if self._actuators is not None:
+            moved, after = self._actuators.advance(self.position, self.speed, a, dt_s)
+            lags = self._lags()
+            position, speed = np.where(lags, moved, position), np.where(lags, after, speed)
+            ruled = self._overrides.ruled(self.time_ns)
+            self._actuators.acceleration[..., ruled] = a[..., ruled]
+        self.position, self.speed = position, speed
+
+    def _lags(self) -> NDArray[np.bool_]:
+        """Whose acceleration lags now: events rule at once."""
+        assert self._actuators is not None
+        lags = self._actuators.lagging.copy()
+        lags[..., self._overrides.ruled(self.time_ns)] = False
+        return lags
 
     def _changes(self, time_ns: int) -> list[int]:
         """Instants up to `time_ns` at which an acceleration changes, and `time_ns`."""

@@ -88,9 +88,13 @@ class Following:
             if time_ns < before_ns:
                 yield time_ns
 
+    def in_force(self, time_ns: int) -> bool:
+        """Whether `time_ns` is within the profile."""
+        return self.profile.start_ns <= time_ns < self.profile.end_ns
+
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
         """What acts from `time_ns` on (m/s²) at that speed (m/s); None out of the profile."""
-        if not self.profile.start_ns <= time_ns < self.profile.end_ns:
+        if not self.in_force(time_ns):
             return None
         at_ns, target = self.profile.next_point(time_ns)
         return np.asarray((target - speed) / ((at_ns - time_ns) * _NS))

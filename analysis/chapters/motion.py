@@ -26,18 +26,19 @@ from zenvoy.analysis.measures.emissions import consumption
 from zenvoy.analysis.measures.instants import PAPER_S, instants, of_paper
 from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.motion import (
+    at_limits,
     counted_flow,
     crossings,
     flow_by_density,
     jerk,
     rms,
-    share_at_limit,
 )
 from zenvoy.analysis.measures.safety import share_below, time_exposed, time_headway, time_integrated
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
+from zenvoy.scenarios import roster
 
 Row = tuple[Cell, ...]
 
@@ -136,9 +137,9 @@ def _safety(run: Run) -> list[Row]:
 
 def _comfort(run: Run) -> list[Row]:
     acceleration = run.truth["acceleration"][1:]  # row k is the mean over the period before t_k
-    limit = run.scenario.control.acceleration_limit_mps2
+    limits = [one.limits for one in roster(run.scenario)]
     rows: list[Row] = [
-        ("time at the acceleration limits", "%", 100.0 * share_at_limit(acceleration, limit)),
+        ("time at the acceleration limits", "%", 100.0 * at_limits(acceleration, limits).mean()),
         ("acceleration, RMS", "m/s²", rms(acceleration)),
     ]
     if len(acceleration) > 1:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from zenvoy.scenarios import Limits
 
 Floats = NDArray[np.float64]
 
@@ -51,9 +54,13 @@ def speed_spread(speed: Floats) -> Floats:
     return np.asarray(speed.std(axis=1))
 
 
-def share_at_limit(acceleration: Floats, limit: float) -> float:
-    """Return the share of all vehicles' time at or beyond ± the acceleration limit (m/s²)."""
-    return float((np.abs(acceleration) >= limit * (1.0 - _ROUNDING)).mean())
+def at_limits(acceleration: Floats, limits: Sequence[Limits]) -> NDArray[np.bool_]:
+    """Return when each vehicle is at or beyond one of its limits (T, n).
+
+    acceleration (T, n) in m/s²; limits: those of each vehicle.
+    """
+    lowest, highest = (1.0 - _ROUNDING) * np.array(limits).T
+    return np.asarray((acceleration <= lowest) | (acceleration >= highest))
 
 
 def rms(values: Floats) -> float:

@@ -43,6 +43,8 @@ def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
     scenario = run.scenario
     if scenario.control.neighbour_state == "position":
         raise NoTheoryError("it covers control by radar readings, not by reported positions.")
+    if any(settings.lag_s for settings in roster(scenario)):
+        raise NoTheoryError("it covers vehicles without a lag of their actuators.")
     time_s = run.estimate.get("time_ns", np.zeros(0)) * 1e-9
     rows = np.flatnonzero((time_s >= low_s) & (time_s < high_s))
     if not rows.size:

@@ -28,6 +28,8 @@ def string_of(scenario: Scenario) -> list[Member]:
     """
     if scenario.control.neighbour_state == "position":
         raise NoTheoryError("it covers control by radar readings, not by reported positions.")
+    if any(settings.lag_s for settings in roster(scenario)):
+        raise NoTheoryError("it covers vehicles without a lag of their actuators.")
     members = open_road(
         [_member(scenario, settings, i) for i, settings in enumerate(roster(scenario), start=1)]
     )

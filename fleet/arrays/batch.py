@@ -48,7 +48,7 @@ class Batch:
         first = scenarios[0]
         self.scenarios = tuple(scenarios)
         self._first, self._whole = first, whole
-        self._fleet = Fleet(first, len(scenarios))
+        self._fleet = Fleet(first, scenarios)
         seeds = np.array([one.seed for one in scenarios], dtype=np.uint64)[:, None]
         self._sensors = SensorSet(first.sensors, seeds, first.fleet.size)
         self.vehicles = Vehicles(scenarios)

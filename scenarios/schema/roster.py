@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +12,7 @@ from zenvoy.scenarios.schema.courses import Targets, course
 from zenvoy.scenarios.schema.sets import drawn, members
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import Gains, Scenario, Switch
+    from zenvoy.scenarios.schema.scenario import Gains, Scenario, Switch, Vehicle
 
 _NS_PER_S = 1_000_000_000
 
@@ -29,18 +29,27 @@ class Phase(NamedTuple):
     parameters: tuple[tuple[str, Any], ...] = ()
 
 
+class Limits(NamedTuple):
+    """The lowest and the highest acceleration of a vehicle, m/s²."""
+
+    lowest: float
+    highest: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """The settings of one vehicle.
 
     phases has its laws in order of time. Gains, desired gap and desired speed are those at the
-    start; `targets` has them over time.
+    start; `targets` has them over time. lag_s: time constant of its actuator; 0: none.
     """
 
     phases: tuple[Phase, ...]
     gains: Gains
     desired_gap_m: float
     desired_speed_mps: float
+    limits: Limits
+    lag_s: float
     beacons: bool
     targets: Targets
 
@@ -113,14 +122,28 @@ def _settings(
         for switch, whom in entries
         if switch.model is not None and _concerns(vehicle, whom, "model", of_groups)
     ]
+    own_vehicle = [scenario.vehicle, *(g.vehicle for g in reversed(mine) if g.vehicle is not None)]
     return Settings(
         phases=tuple(phases),
         gains=gains,
         desired_gap_m=start["desired_gap_m"],
         desired_speed_mps=start["desired_speed_mps"],
+        limits=_limits(control.acceleration_limit_mps2, own_vehicle),
+        lag_s=_last_given([one.actuator_lag_s for one in own_vehicle], 0.0),
         beacons=all(g.beacons for g in mine),
         targets=_targets(vehicle, start, entries, of_groups),
     )
+
+
+def _limits(limit: float, given: Sequence[Vehicle]) -> Limits:
+    return Limits(
+        -_last_given([one.max_deceleration_mps2 for one in given], limit),
+        _last_given([one.max_acceleration_mps2 for one in given], limit),
+    )
+
+
+def _last_given(values: Sequence[float | None], otherwise: float) -> float:
+    return next((value for value in reversed(values) if value is not None), otherwise)
 
 
 def _concerns(

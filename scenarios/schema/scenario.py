@@ -75,8 +75,21 @@ class Gains(Section):
     k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
 
 
+class Vehicle(Section):
+    """How a vehicle carries out its commands.
+
+    Its acceleration follows the command as a first-order lag of time constant actuator_lag_s; null:
+    at once. Commands and what they cause stay within -max_deceleration_mps2 and
+    max_acceleration_mps2; null: control.acceleration_limit_mps2.
+    """
+
+    actuator_lag_s: Annotated[float, Field(ge=0.001, le=100)] | None = None
+    max_acceleration_mps2: Positive | None = None
+    max_deceleration_mps2: Positive | None = None
+
+
 class Group(Section):
-    """A set of vehicles with settings of its own; null: the settings of `control`.
+    """A set of vehicles with settings of its own; null: the settings of `control` and `vehicle`.
 
     The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. Where groups
     overlap, the later one counts.
@@ -92,6 +105,7 @@ class Group(Section):
     gains: Gains | None = None
     desired_gap_m: Positive | None = None
     desired_speed_mps: NonNegative | None = None
+    vehicle: Vehicle | None = None
     beacons: bool = True
 
 
@@ -243,6 +257,7 @@ class Scenario(Section):
     on_collision: Literal["continue", "stop"] = "continue"
     road: Road = Road()
     fleet: Fleet = Fleet()
+    vehicle: Vehicle = Vehicle()
     control: Control = Control()
     beacons: Beacons = Beacons()
     sensors: Sensors = Sensors()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.measures.metrics import largest_gaps, max_distance, min_distance, smallest_gaps
 from zenvoy.analysis.measures.motion import (
+    at_limits,
     counted_flow,
     crossings,
     flow_by_density,
@@ -20,7 +21,6 @@ from zenvoy.analysis.measures.motion import (
     over_runs,
     over_windows,
     rms,
-    share_at_limit,
     speed_spread,
 )
 from zenvoy.analysis.measures.safety import (
@@ -34,6 +34,7 @@ from zenvoy.analysis.measures.safety import (
 from zenvoy.analysis.measures.spans import Disturbance, Span, distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
+from zenvoy.scenarios import Limits
 
 Floats = NDArray[np.float64]
 
@@ -191,7 +192,8 @@ def test_headway_by_hand() -> None:
 def test_spread_limit_rms_and_jerk_by_hand() -> None:
     assert speed_spread(np.array([[28.0, 32.0], [30.0, 30.0]])).tolist() == [2.0, 0.0]
     a = np.array([[3.0, -3.0, 2.9, 0.0]])
-    assert share_at_limit(a, 3.0) == 0.5
+    limits = [Limits(-3.0, 3.0), Limits(-3.0, 3.0), Limits(-4.0, 2.9), Limits(-1.0, 1.0)]
+    assert at_limits(a, limits).tolist() == [[True, True, True, False]]
     assert rms(a) == pytest.approx(math.sqrt((9.0 + 9.0 + 8.41) / 4.0))
     np.testing.assert_allclose(jerk(np.array([[0.0], [0.3], [0.1]]), 0.1), [[3.0], [-2.0]])
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from zenvoy.laws import Law, Observation, Output, Relative, builtin, where
 from zenvoy.laws.errors import LawError
-from zenvoy.scenarios import Scenario, roster
+from zenvoy.scenarios import Limits, Scenario, roster
 from zenvoy.vehicles.arrays.aims import Schedule
 from zenvoy.vehicles.arrays.covariances import Covariances
 from zenvoy.vehicles.arrays.decisions import Decider, Occasion
@@ -117,7 +117,7 @@ def test_a_law_that_fails_for_one_vehicle_names_that_vehicle() -> None:
     view = View(radar=state, read=Seen(Known(state), Known(state), speed))
     law = Law(name="mine", acceleration=fails_when_fast, parameters=Limit)
     aims = Schedule([*roster(scenario), *roster(scenario)]).at(0)
-    decider = Decider(count, size, 3.0, PERIOD_S)
+    decider = Decider([Limits(-3.0, 3.0)] * count, size, PERIOD_S)
     with pytest.raises(LawError, match="law mine returned nan") as caught:
         decider.decide(
             Occasion(

@@ -6,11 +6,12 @@ import pytest
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Motion, Relative, Setpoint, law_of
+from zenvoy.scenarios import Limits
 from zenvoy.vehicles.decision import Aim, Controller, Decision, Position, Predicted, View
 from zenvoy.vehicles.decision import decide as decide_by
 
 WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
-AIM = Aim(WANTED, limit=3.0)
+AIM = Aim(WANTED, Limits(-3.0, 3.0))
 READ = View(
     radar=Relative(40.5, 0.0), ahead=Relative(40.5, 0.0), behind=Relative(35.5, 0.0), speed=30.0
 )

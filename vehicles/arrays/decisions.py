@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Motion, Observation, Output, Relative, Setpoint, clipped
+from zenvoy.laws import Motion, Observation, Output, Relative, Setpoint
 from zenvoy.laws.law import SILENT, UNKNOWN
+from zenvoy.scenarios import Limits
 from zenvoy.vehicles.arrays.aims import Aims
 from zenvoy.vehicles.arrays.law_calls import LawCalls
 from zenvoy.vehicles.arrays.rows import (
@@ -28,7 +29,7 @@ from zenvoy.vehicles.arrays.rows import (
 )
 from zenvoy.vehicles.arrays.view import Seen, View
 from zenvoy.vehicles.control import FOLLOWING
-from zenvoy.vehicles.decision import Controller, driven
+from zenvoy.vehicles.decision import Controller, driven, limited
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +48,7 @@ class Occasion:
 
 
 class Decisions(NamedTuple):
-    """The accelerations (m/s²) of every vehicle, within the limit, and the modes behind them.
+    """The accelerations (m/s²) of every vehicle, within the limits, and the modes behind them.
 
     neighbours is the number of vehicles that counted on each side. logged has the values that laws
     log, by mode.
@@ -60,10 +61,12 @@ class Decisions(NamedTuple):
 
 
 class Decider:
-    """Decides for `count` vehicles, in runs of `size` each, within an acceleration limit (m/s²)."""
+    """Decides for vehicles within their limits, in runs of `size` each."""
 
-    def __init__(self, count: int, size: int, limit: float, period_s: float) -> None:
-        self._count, self._limit, self._period_s = count, limit, period_s
+    def __init__(self, limits: Sequence[Limits], size: int, period_s: float) -> None:
+        count = len(limits)
+        self._count, self._period_s = count, period_s
+        self._limits = np.array(limits).T
         self._calls = LawCalls(count, size)
 
     def decide(self, now: Occasion) -> Decisions:
@@ -74,7 +77,7 @@ class Decider:
             self._apply(now, controller, rows, found)
         if now.view.first is not None:
             _cruise(now, now.view.first, found)
-        return found._replace(acceleration=clipped(found.acceleration, self._limit))
+        return found._replace(acceleration=limited(found.acceleration, *self._limits))
 
     def _apply(self, now: Occasion, controller: Controller, rows: Rows, found: Decisions) -> None:
         """Decide for the vehicles of a controller; those that lack data it needs fall back."""

@@ -67,8 +67,8 @@ class Vehicles:
         self._wants_motion = any(one.predecessor or one.leader for one in needs)
         self._wants_predecessor = any(one.predecessor for one in needs)
         self._schedule = Schedule(settings)
-        limit, period_s = first.control.acceleration_limit_mps2, first.period_ns * 1e-9
-        self._decider = Decider(count, size, limit, period_s)
+        limits = [one.limits for one in settings]
+        self._decider = Decider(limits, size, first.period_ns * 1e-9)
         self._vehicle = number + 1
         self._seed = np.repeat(np.array([one.seed for one in scenarios], dtype=np.uint64), size)
         self._first: Bools | None = None
