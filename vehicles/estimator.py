@@ -113,23 +113,12 @@ class Filter:
         before, periods = self._covariance, len(inputs)
         after = before.after.get(periods) or self._schedule.step(before, periods)
         self._covariance = after
-        self.x = self._corrected(self._predicted(inputs), z, after.K)
-
-    def _predicted(self, inputs: Sequence[float]) -> tuple[float, ...]:
-        """x' = F x + B a, once for each input."""
-        period_s = self._period_s
-        if len(self.x) == 1:
-            return (self.x[0] + period_s * sum(inputs),)
+        period_s, gain = self._period_s, after.K
+        if len(z) == 1:  # the same formulas, without their first row
+            v = self.x[0] + period_s * sum(inputs)
+            self.x = (v + gain[0][0] * (z[0] - v),)
+            return
         p, v = self.x
         for a in inputs:
             p, v = advanced(p, v, a, period_s)
-        return (p, v)
-
-    @staticmethod
-    def _corrected(
-        x: tuple[float, ...], z: tuple[float, ...], gain: list[list[float]]
-    ) -> tuple[float, ...]:
-        """x = x' + K (z - x')."""
-        if len(x) == 1:
-            return (x[0] + gain[0][0] * (z[0] - x[0]),)
-        return corrected(x[0], x[1], z[0], z[1], gain)
+        self.x = corrected(p, v, z[0], z[1], gain)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 
-from zenvoy.vehicles.steps import NS, over, spans
+from zenvoy.vehicles.steps import NS, over, spans, steady
 
 
 class Motion:
@@ -67,7 +67,11 @@ class Motion:
     def over(self, t0_ns: int, t1_ns: int) -> tuple[float, float]:
         """Displacement beyond uniform motion (m) and change of speed (m/s) from t0 to t1."""
         times, values = self._from_ns, self._value
-        return over(spans(times, t0_ns, t1_ns), values) if times else (0.0, 0.0)
+        if not times:
+            return 0.0, 0.0
+        if t0_ns >= times[-1]:  # nearly always: nothing changes after t0
+            return steady(values[-1], (t1_ns - t0_ns) * NS)
+        return over(spans(times, t0_ns, t1_ns), values)
 
     def steps_from(self, time_ns: int) -> tuple[list[int], list[float]]:
         """The step in force at `time_ns`, as from then, and those to come: times, values."""

@@ -40,13 +40,17 @@ def over(parts: Spans, values: Sequence[Number]) -> tuple[Number, Number]:
     """Return displacement beyond uniform motion (m) and change of speed (m/s) over the parts."""
     if len(parts) == 1:
         dt, at = parts[0]
-        a = values[at]
-        return 0.5 * a * dt * dt, a * dt
+        return steady(values[at], dt)
     dp: Number = 0.0
     dv: Number = 0.0
     for dt, at in parts:
         dp, dv = after(dp, dv, values[at], dt)
     return dp, dv
+
+
+def steady(a: Number, dt: float) -> tuple[Number, Number]:
+    """Return displacement beyond uniform motion (m) and change of speed (m/s) in dt (s)."""
+    return 0.5 * a * dt * dt, a * dt
 
 
 def after(dp: Number, dv: Number, a: Number, dt: float) -> tuple[Number, Number]:

@@ -5,21 +5,26 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from types import FrameType
+from typing import Final
+
+_NONE: Final = nullcontext()
+
+
+def time_limit(limit_s: float | None) -> AbstractContextManager[None]:
+    """Return a context that raises TimeoutError in the midst of what takes longer; None: no limit.
+
+    Signals reach the main thread alone, so elsewhere there is no limit. The alarm that was set
+    before is set again afterwards.
+    """
+    if limit_s is None or threading.current_thread() is not threading.main_thread():
+        return _NONE
+    return _limited(limit_s)
 
 
 @contextmanager
-def time_limit(limit_s: float | None) -> Iterator[None]:
-    """Raise TimeoutError in the midst of what takes longer; None is no limit.
-
-    Signals reach the main thread alone: elsewhere there is no limit. The alarm that was set before
-    is set again afterwards.
-    """
-    if limit_s is None or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
+def _limited(limit_s: float) -> Iterator[None]:
     def expire(_signal: int, _frame: FrameType | None) -> None:
         raise TimeoutError(f"took longer than {limit_s:g} s")
 
