@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from zenvoy.laws import builtin, law_of
+from zenvoy.laws import Law, builtin, law_of
 from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
@@ -58,8 +58,8 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
     if predicts and scenario.estimator.kind != "kalman":
         yield _line("estimator.kind", name_of(scenario.estimator.kind), "kalman")
     lags_s = {one.lag_s for one in roster(scenario)}
-    if predicts and lags_s != {0.0}:
-        what = f"{max(lags_s):g} with a law that predicts"
+    if lags_s != {0.0} and any(_uses_plans(law_of(model)) for model, _ in phases):
+        what = f"{max(lags_s):g} with a law that uses plans"
         yield _line("vehicle.actuator_lag_s", what, "null")
     if predicts and scenario.control.neighbour_state == "position":
         yield from _of_memory(scenario)
@@ -73,6 +73,12 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
                     f"{_key_of(scenario, model)}: {name_of(model)} does not run on arrays: {fault};"
                     " allowed: a law for floats and arrays (docs/arrays.md)"
                 )
+
+
+def _uses_plans(law: Law) -> bool:
+    """Whether a law looks at what vehicles plan: it predicts, or it uses what others report."""
+    needs = law.needs
+    return needs.prediction or needs.predecessor or needs.leader
 
 
 def _key_of(scenario: Scenario, model: str) -> str:

@@ -177,7 +177,12 @@ def test_a_scenario_that_arrays_do_not_run_is_refused_at_once(here: Path) -> Non
         ),
         (
             ("--set", "vehicle.actuator_lag_s=0.5"),
-            "vehicle.actuator_lag_s: 0.5 with a law that predicts does not run on arrays; "
+            "vehicle.actuator_lag_s: 0.5 with a law that uses plans does not run on arrays; "
+            "allowed: null",
+        ),
+        (
+            ("--set", "vehicle.actuator_lag_s=0.5", "--set", "control.model=CACC"),
+            "vehicle.actuator_lag_s: 0.5 with a law that uses plans does not run on arrays; "
             "allowed: null",
         ),
         (
@@ -191,7 +196,7 @@ def test_a_scenario_that_arrays_do_not_run_is_refused_at_once(here: Path) -> Non
             "allowed: up to 389 ms with control.neighbour_state: position",
         ),
     ],
-    ids=["estimator", "lag", "memory"],
+    ids=["estimator", "lag", "lag of reports", "memory"],
 )
 def test_estimators_that_arrays_do_not_run_are_refused(
     here: Path, changes: tuple[str, ...], line: str

@@ -163,6 +163,8 @@ def _refusal(folder: Path, text: str, *overrides: str) -> ScenarioError | None:
     else:
         return None
     lines = str(refusal).replace(str(path), "s.yaml").split("\n")
+    if refusal.more:
+        assert lines.pop() == f"and {refusal.more} more"
     assert len(lines) == len(refusal.problems) > 0
     assert [line for line in lines if not MESSAGE.fullmatch(line)] == []
     return refusal
