@@ -17,6 +17,7 @@ import pyarrow.parquet
 import pytest
 
 from tests.conftest import command, run, wait_until, zenvoy
+from tests.studies.conftest import contents, write_failing_law
 from zenvoy.analysis import load
 from zenvoy.analysis.measures.figures import MEASURES, figures
 from zenvoy.analysis.measures.statistics import mean_of
@@ -117,10 +118,6 @@ def test_the_folder_describes_the_sweep(swept: Path) -> None:
     drawn = {path.stem for path in out.glob("*.png")}
     assert drawn == {"smallest_gap_m", "speed.estimated.rmse", "fallbacks", "frames.lost"}
     assert {path.stem for path in out.glob("*.svg")} == drawn
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def test_finished_runs_are_not_run_again(swept: Path) -> None:
@@ -248,15 +245,7 @@ def test_a_batch_that_fails_is_repeated_run_by_run(
 
 
 def test_a_run_that_fails_is_reported_and_the_others_go_on(tmp_path: Path) -> None:
-    outcome = zenvoy(tmp_path, "new", "law", "gap")
-    assert outcome.code == 0, outcome
-    law = (tmp_path / "gap.py").read_text()
-    line = "    error = seen.ahead.p"
-    broken = """    if own.time_gap_s > 1.5 and seen.speed < 29.5:  # only once the leader brakes
-        raise RuntimeError("too slow")
-"""
-    assert line in law
-    (tmp_path / "gap.py").write_text(law.replace(line, broken + line))
+    write_failing_law(tmp_path)
     (tmp_path / "study.yaml").write_text("""
 scenario: gap.yaml
 duration_s: 13

@@ -1,0 +1,140 @@
+"""`zenvoy tune` goes on where it stopped, in the folder of the same study and in no other."""
+
+from __future__ import annotations
+
+import signal
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import command, wait_until, zenvoy
+from tests.studies.conftest import GAP, contents, rows_of
+from zenvoy.scenarios import ScenarioError
+from zenvoy.studies.tuning.folder import held
+from zenvoy.studies.tuning.tune import run_tune
+
+
+def test_what_is_there_is_not_tried_again(tuned: Path) -> None:
+    before = contents(tuned / "out")
+    outcome = zenvoy(tuned, "tune", "gap.yaml", "--out", "out")
+    assert outcome.code == 0
+    assert outcome.out.startswith("12 trials × 2 seeds, 0 to do\n")
+    assert contents(tuned / "out") == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_a_stopped_search_goes_on_to_the_same_trials(
+    tuned: Path, tmp_path: Path, number: signal.Signals
+) -> None:
+    """It is stopped early in a search that is longer, which then is as long as the whole one."""
+    study = tmp_path / "gap.yaml"
+    study.write_text(GAP.replace("trials: 12", "trials: 500"))
+    arguments = ("tune", "gap.yaml", "--out", "out", "--jobs", "1")
+    runs = tmp_path / "out" / "runs"
+    with command(tmp_path, *arguments) as tuning:
+        wait_until(lambda: len(list(runs.glob("[!.]*.json"))) >= 5, "two trials are done")
+        if number == signal.SIGINT:
+            tuning.send_to_group(number)
+            outcome = tuning.wait()
+            assert (outcome.code, outcome.err) == (
+                130,
+                "interrupted; the finished trials are kept\n",
+            )
+        else:
+            tuning.send(number)
+            tuning.wait()
+    assert not (tmp_path / "out" / "trials.parquet").exists()
+    study.write_text(GAP)
+    outcome = zenvoy(tmp_path, *arguments)
+    assert outcome.code == 0, outcome
+    missing = int(outcome.out.splitlines()[0].split()[-3])
+    assert missing <= 10
+    for name in ("trials.parquet", "best.yaml", "search.svg", "parameters.svg"):
+        assert (tmp_path / "out" / name).read_bytes() == (tuned / "out" / name).read_bytes(), name
+
+
+def test_more_trials_continue_a_search(tuned: Path, tmp_path: Path) -> None:
+    (tmp_path / "gap.yaml").write_text(GAP.replace("trials: 12", "trials: 4"))
+    assert zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out").code == 0
+    assert len(rows_of(tmp_path / "out")) == 4
+    (tmp_path / "gap.yaml").write_text(GAP)
+    outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
+    assert outcome.out.startswith("12 trials × 2 seeds, 8 to do\n")
+    table = (tmp_path / "out" / "trials.parquet").read_bytes()
+    assert table == (tuned / "out" / "trials.parquet").read_bytes()
+
+
+def test_a_trial_is_written_whole_or_not_at_all(tuned: Path) -> None:
+    """Whatever the moment at which the process dies: SQLite undoes what was not committed."""
+    with sqlite3.connect(tuned / "out" / "trials.db") as database:
+        states = database.execute("SELECT DISTINCT state FROM trials").fetchall()
+    assert states == [("COMPLETE",)]
+
+
+def test_the_folder_of_another_study_is_left(tuned: Path) -> None:
+    before = contents(tuned / "out")
+    (tuned / "other.yaml").write_text(GAP.replace("high: 30", "high: 40"))
+    outcome = zenvoy(tuned, "tune", "other.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert outcome.err == (
+        "--out out: holds another study (parameters differ); name a new folder or an empty one\n"
+    )
+    assert contents(tuned / "out") == before
+
+
+def test_the_folder_of_a_sweep_is_left(tmp_path: Path) -> None:
+    (tmp_path / "sweep.yaml").write_text(
+        "scenario: quickstart\nduration_s: 1\naxes: {fleet.size: [5]}\n"
+    )
+    assert zenvoy(tmp_path, "sweep", "sweep.yaml", "--out", "out").code == 0
+    (tmp_path / "gap.yaml").write_text(GAP)
+    outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert outcome.err.startswith("--out out: holds another study (")
+
+
+def test_a_scenario_that_has_changed_is_another_study(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text("extends: quickstart\n")
+    text = GAP.replace("scenario: quickstart", "scenario: base.yaml")
+    (tmp_path / "gap.yaml").write_text(text.replace("trials: 12", "trials: 1"))
+    assert zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out").code == 0
+    (tmp_path / "base.yaml").write_text("extends: quickstart\nperiod_ms: 50\n")
+    outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert "holds another study (content of the scenario differ);" in outcome.err
+
+
+def test_a_damaged_database_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "gap.yaml").write_text(GAP.replace("trials: 12", "trials: 1"))
+    assert zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out").code == 0
+    (tmp_path / "out" / "trials.db").write_bytes(b"no database" * 100)
+    outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
+    assert outcome.code == 2
+    assert outcome.err.startswith("out/trials.db: cannot be read: ")
+    assert outcome.err.count("\n") == 1
+
+
+def test_a_folder_is_for_one_search_at_a_time(tmp_path: Path) -> None:
+    refused = pytest.raises(ScenarioError, match="another zenvoy tune is at work")
+    with held(tmp_path), refused, held(tmp_path):
+        pass
+    with held(tmp_path):  # the end of the other one has freed it
+        pass
+
+
+@pytest.mark.parametrize("name", ["a?b=c#d", "100 % {x}", "Zügé"])
+def test_a_folder_may_have_any_name(tmp_path: Path, name: str) -> None:
+    keys = {
+        "scenario": "quickstart",
+        "settings": {"road.type": "open"},
+        "parameters": {"control.gains.k_v": {"low": 0.1, "high": 1.0}},
+        "minimize": "head_to_tail_gain",
+        "trials": 1,
+    }
+    for line in ("1 trial × 1 seed, 1 to do", "1 trial × 1 seed, 0 to do"):
+        told: list[str] = []
+        run_tune(keys, out=tmp_path / name, jobs=1, on_line=told.append, command="c")
+        assert told[0] == line
+    assert (tmp_path / name / "trials.db").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == [name]
