@@ -63,7 +63,7 @@ def fill_closed() -> None:
         except OSError:
             os.open(os.devnull, mode)  # this takes the lowest free number, which is `number`
     if sys.stdin is None:
-        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115  # stdin stays open as long as the process
+        sys.stdin = os.fdopen(0, encoding="utf-8", closefd=False)
 
 
 def install() -> None:

@@ -88,7 +88,7 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
         _settle(program, log, parent)
         program.main()
         _leave(DONE)
-    except BaseException as error:  # noqa: BLE001  # nothing may return into the parent's code
+    except BaseException as error:  # noqa: BLE001  # a fork that unwinds would run the parent's code
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:
@@ -107,7 +107,7 @@ def _settle(program: Program, log: int, parent: int) -> None:
     os.dup2(log, 1)
     os.dup2(log, 2)
     # Replace the streams of the parent. A log is in UTF-8, whatever the locale.
-    sys.stdout = sys.stderr = open(  # noqa: SIM115  # the streams stay open as long as the process
+    sys.stdout = sys.stderr = os.fdopen(
         2, "w", buffering=1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
     setproctitle(f"zenvoy {program.name} {program.run}")

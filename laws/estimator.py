@@ -31,7 +31,7 @@ class LinearModel(NamedTuple):
 class Tracker(Protocol):
     """A running filter, which has had its first reading."""
 
-    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803  # the letter of the field
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:
         """Predict one period for each acceleration (m/s²), then update with a reading z (n,).
 
         There are several inputs after readings were missed. R (n, n) is the covariance of z.

@@ -5,9 +5,7 @@ Every wait is for a fact, never for a time. After LIMIT_S it fails and names the
 
 from __future__ import annotations
 
-import ctypes
 import os
-import resource
 import select
 import signal
 import struct
@@ -28,6 +26,8 @@ from mcap.exceptions import EndOfFile
 from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
+from tests.as_child import as_child
+
 # Other programs may keep every core busy, so the time of an example has no meaning.
 settings.register_profile("busy", deadline=None)
 settings.load_profile("busy")
@@ -40,8 +40,6 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 LIMIT_S: Final = 60.0
-_LIBC: Final = ctypes.CDLL(None)
-_PR_SET_PDEATHSIG: Final = 1
 _STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
 
 
@@ -126,7 +124,7 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # between two checks
+        time.sleep(0.01)  # a check costs little, but not nothing; the deadline is what counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +154,13 @@ class Command:
         environment = {**plain, "COLUMNS": "200", "TMPDIR": self.sockets.name, **(env or {})}
         with self._out.open("wb") as out, self._err.open("wb") as err:
             self._process = subprocess.Popen(
-                [*_zenvoy(), *arguments],
+                as_child(*_zenvoy(), *arguments, limit=limit),
                 cwd=cwd,
                 env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=out if stdout is None else stdout,
                 stderr=err,
                 start_new_session=True,
-                preexec_fn=lambda: _as_in_a_terminal(limit),  # noqa: PLW1509  # no threads here
             )
 
     @property
@@ -261,22 +258,6 @@ def _title(pid: int) -> list[str]:
         return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode().split()
     except OSError:  # it has ended meanwhile
         return []
-
-
-def _as_in_a_terminal(limit: tuple[int, int] | None) -> None:
-    """Let Ctrl-C end the process even if a shell runs the tests in the background.
-
-    `limit` is a resource and its limit, as in a shell's `ulimit`.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    die_with_the_tests()
-    if limit is not None:
-        resource.setrlimit(limit[0], (limit[1], limit[1]))
-
-
-def die_with_the_tests() -> None:
-    """Make the kernel end this process when that of the tests ends, even by kill -9."""
-    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 @contextmanager

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,7 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.conftest import LIMIT_S, die_with_the_tests, wait_until
+from tests.as_child import as_child
+from tests.conftest import LIMIT_S, wait_until
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,21 +50,16 @@ def _start(
     folder: Path, what: str, options: list[str], allowed_failures: int
 ) -> subprocess.Popen[bytes]:
     failures = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
+    dask = [sys.executable, "-m", "dask", what, "--dashboard-address", "127.0.0.1:0"]
     with (folder / f"{what}.log").open("ab") as log:
         return subprocess.Popen(
-            [sys.executable, "-m", "dask", what, *options, "--dashboard-address", "127.0.0.1:0"],
+            as_child(*dask, *options, ignores_interrupts=True),
             cwd=folder,
             env={**os.environ, **failures},
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
-            preexec_fn=_settle,  # noqa: PLW1509  # no threads here
         )
-
-
-def _settle() -> None:
-    die_with_the_tests()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _address(contact: Path) -> str | None:

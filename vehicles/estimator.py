@@ -78,7 +78,7 @@ class Filter:
         """State [p, v] in m and m/s, or [v]; empty before the first measurement."""
 
     @property
-    def P(self) -> Array:  # noqa: N802  # the letter of the field
+    def P(self) -> Array:
         """Covariance of the state, (n, n); raises ValueError before the first measurement."""
         if self._covariance is None:
             raise ValueError("no measurement yet")

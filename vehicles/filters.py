@@ -22,7 +22,7 @@ class StateFilter(Protocol):
     """Empty before the first measurement."""
 
     @property
-    def P(self) -> Array:  # noqa: N802  # the letter of the field
+    def P(self) -> Array:
         """Covariance (n, n); raises ValueError before the first measurement."""
 
     @property

@@ -37,7 +37,7 @@ class Covariance:
 
     __slots__ = ("K", "P", "after", "std")
 
-    def __init__(self, P: Array, K: list[list[float]]) -> None:  # noqa: N803  # the field's letters
+    def __init__(self, P: Array, K: list[list[float]]) -> None:
         self.P = P
         self.K = K
         self.std = tuple(math.sqrt(variance) for variance in P.diagonal().tolist())
@@ -94,7 +94,7 @@ def kalman_filter(period_s: float, acceleration_std: float, size: int) -> Kalman
     return kalman
 
 
-def inverse(S: Objects) -> Objects:  # noqa: N803  # the letter of the field
+def inverse(S: Objects) -> Objects:
     """S⁻¹ of a matrix (1, 1) or (2, 2) of floats or arrays; LinAlgError where it has none."""
     if S.shape == (1, 1):
         determinant, adjugate = S[0, 0], [[1.0]]

@@ -27,14 +27,14 @@ class Extended:
         self,
         model: LinearModel,
         z: Array,
-        R: Array,  # noqa: N803  # the letter of the field
+        R: Array,
         _: object = None,
     ) -> None:
         self._kalman = ExtendedKalmanFilter(dim_x=len(z), dim_z=len(z), dim_u=1)
         self._kalman.F, self._kalman.B, self._kalman.Q = model
         self._kalman.x, self._kalman.P = z, R
 
-    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:
         """Predict with each acceleration (m/s²), then take in a reading."""
         for a in inputs:
             self._kalman.predict(u=np.array([a]))
@@ -53,7 +53,7 @@ class Unscented:
         self,
         model: LinearModel,
         z: Array,
-        R: Array,  # noqa: N803  # the letter of the field
+        R: Array,
         _: object = None,
     ) -> None:
         size, control = len(z), model.B[:, 0]
@@ -71,7 +71,7 @@ class Unscented:
         self._kalman.x, self._kalman.P = z, R
         self._identity = np.eye(size)
 
-    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:  # noqa: N803
+    def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:
         """Predict with each acceleration (m/s²), then take in a reading."""
         kalman = self._kalman
         for a in inputs:
@@ -114,7 +114,7 @@ class TrackingFilter:
         """State [p, v] in m and m/s, or [v]; empty before the first measurement."""
 
     @property
-    def P(self) -> Array:  # noqa: N802
+    def P(self) -> Array:
         """Covariance of the state, (n, n); raises ValueError before the first measurement."""
         if self._covariance is None:
             raise ValueError("no measurement yet")
@@ -161,7 +161,7 @@ def _checked(state: Array, covariance: Array, size: int) -> Moments:
     return state, covariance
 
 
-def upper_root(P: Array) -> Array:  # noqa: N803
+def upper_root(P: Array) -> Array:
     """U, upper triangular, with Uᵀ U = P (Cholesky), for P (1, 1) or (2, 2) with P[0, 0] > 0.
 
     What rounding has left singular has a root too, where LAPACK's gives up.

@@ -16,12 +16,12 @@ from typing import Any
 
 import pytest
 
+from tests.as_child import as_child
 from tests.conftest import (
     LIMIT_S,
     Command,
     Log,
     command,
-    die_with_the_tests,
     read_log,
     wait_until,
     zenvoy,
@@ -80,9 +80,7 @@ def without_zenvoy(
     """Run a program as vehicle 2, without Zenvoy on its path. It ends with the context."""
     environment = {**os.environ, "PYTHONPATH": str(messages)}
     with subprocess.Popen(
-        [*program, "2", str(folder / "out" / "connect.json")],
-        env=environment,
-        preexec_fn=die_with_the_tests,  # noqa: PLW1509  # no threads here that could hold a lock
+        as_child(*program, "2", str(folder / "out" / "connect.json")), env=environment
     ) as process:
         try:
             yield process

@@ -73,7 +73,7 @@ def test_the_schedule_starts_with_the_covariance_of_a_reading() -> None:
 def test_the_schedule_settles_into_a_fixed_point() -> None:
     schedule = fresh()
     point = settled(schedule, schedule.first)
-    P, K = riccati(point.P, 1)  # noqa: N806  # the letters of the field
+    P, K = riccati(point.P, 1)
     np.testing.assert_allclose(P, point.P, rtol=1e-11)
     np.testing.assert_allclose(K, point.K, rtol=1e-11)
     # Any history leads to an equal point, though not the same object.
@@ -96,11 +96,11 @@ def test_a_full_graph_stays_right() -> None:
     """Random histories never meet again, so they make more points than the graph keeps."""
     random = np.random.default_rng(5)
     schedule = fresh()
-    point, P = schedule.first, R  # noqa: N806  # the letters of the field
+    point, P = schedule.first, R
     periods = random.integers(1, 4, size=4_600).tolist()
     for number in periods:
         point = schedule.step(point, number)
-        P, K = riccati(P, number)  # noqa: N806
+        P, K = riccati(P, number)
         np.testing.assert_allclose(point.P, P, rtol=1e-9)
         np.testing.assert_allclose(point.K, K, rtol=1e-9)
     last = schedule.step(point, 1)

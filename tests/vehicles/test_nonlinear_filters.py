@@ -63,7 +63,7 @@ def compare(
     size = len(phases[0])
     other = TrackingFilter(BY_KIND[kind], NoParameters(), period_s, acceleration_std)
     plain = Filter(period_s, acceleration_std)
-    F, B, _ = linear_model(period_s, acceleration_std, size)  # noqa: N806
+    F, B, _ = linear_model(period_s, acceleration_std, size)
     random = np.random.default_rng(seed)
     state = np.array([37.5, 0.0])[-size:]
     for step in range(steps):

@@ -63,7 +63,7 @@ class GainTable:
         numbers = self._add(variances[:, new], found.P[:, :, new], found.K[:, :, new])
         self._after[points[new]] = numbers
 
-    def _known(self, variances: tuple[float, ...], P: Floats, K: Floats) -> int:  # noqa: N803
+    def _known(self, variances: tuple[float, ...], P: Floats, K: Floats) -> int:
         """Return the point with these variances and this P; add it if it is new."""
         key = (variances, P.tobytes())
         number = self._numbers.get(key)
@@ -72,7 +72,7 @@ class GainTable:
             number = self._numbers[key] = int(self._add(column, P[:, :, None], K[:, :, None])[0])
         return number
 
-    def _add(self, variances: Floats, P: Floats, K: Floats) -> Ints:  # noqa: N803
+    def _add(self, variances: Floats, P: Floats, K: Floats) -> Ints:
         numbers = np.arange(self._count, self._count + P.shape[2])
         self._count += len(numbers)
         if self._count > self._room:

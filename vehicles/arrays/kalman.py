@@ -20,7 +20,7 @@ class Step(NamedTuple):
     settled: Bools
 
 
-def step(kalman: KalmanFilter, before: Floats, K: Floats, variances: Floats, periods: Ints) -> Step:  # noqa: N803  # the letter of the field
+def step(kalman: KalmanFilter, before: Floats, K: Floats, variances: Floats, periods: Ints) -> Step:
     """Return P and K after a number of predictions each, `periods` (r,), and an update.
 
     before is P (n, n, r) before the step, kalman is filterpy's filter of the model, and variances
