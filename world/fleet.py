@@ -94,8 +94,8 @@ class Fleet:
             moved, after = self._actuators.advance(self.position, self.speed, a, dt_s)
             lags = self._lags()
             position, speed = np.where(lags, moved, position), np.where(lags, after, speed)
-            ruled = self._overrides.ruled(self.time_ns)
-            self._actuators.acceleration[..., ruled] = a[..., ruled]
+            actual = self._actuators.acceleration
+            self._actuators.acceleration = np.where(lags, actual, a)  # a lag goes on from an event
         self.position, self.speed = position, speed
 
     def _lags(self) -> NDArray[np.bool_]:

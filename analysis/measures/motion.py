@@ -54,12 +54,14 @@ def speed_spread(speed: Floats) -> Floats:
     return np.asarray(speed.std(axis=1))
 
 
-def at_limits(acceleration: Floats, limits: Sequence[Limits]) -> NDArray[np.bool_]:
-    """Return when each vehicle is at or beyond one of its limits (T, n).
+def at_limits(
+    acceleration: Floats, limits: Sequence[Limits], share: float = 1.0 - _ROUNDING
+) -> NDArray[np.bool_]:
+    """Return when each vehicle is at a share of one of its limits or beyond (T, n).
 
     acceleration (T, n) in m/s²; limits: those of each vehicle.
     """
-    lowest, highest = (1.0 - _ROUNDING) * np.array(limits).T
+    lowest, highest = share * np.array(limits).T
     return np.asarray((acceleration <= lowest) | (acceleration >= highest))
 
 

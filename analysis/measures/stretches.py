@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.motion import at_limits
 from zenvoy.analysis.measures.spans import Disturbance, disturbances
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import roster
@@ -101,9 +102,8 @@ def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
 
 def _many_at_limit(run: Run, first: Disturbance) -> NDArray[np.bool_]:
     """Return the rows (T,) at which many vehicles have been at their limits for a second."""
-    near = _AT_LIMIT * np.array([one.limits for one in roster(run.scenario)]).T
-    acceleration = run.truth["acceleration"]
-    at_limit = ((acceleration <= near[0]) | (acceleration >= near[1])).sum(axis=1)
+    limits = [one.limits for one in roster(run.scenario)]
+    at_limit = at_limits(run.truth["acceleration"], limits, _AT_LIMIT).sum(axis=1)
     rows = max(1, round(1.0 / (run.scenario.period_ns * 1e-9)))
     mean = np.convolve(at_limit, np.ones(rows) / rows)[: len(at_limit)]
     many = mean > max(1.5, _MANY * run.vehicles)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from itertools import product
+from itertools import product, starmap
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -33,9 +33,9 @@ class GainSet(NamedTuple):
         return f"gains/{self.k_d:g},{self.k_v:g},{self.k_c:g}/{model}"
 
 
-GAINS: Final = tuple(GainSet(*gains) for gains in product(
-    (0.05, 0.1, 0.2), (0.25, 0.5, 1.0), (0.02, 0.05, 0.1)
-))  # fmt: skip
+GAINS: Final = tuple(
+    starmap(GainSet, product((0.05, 0.1, 0.2), (0.25, 0.5, 1.0), (0.02, 0.05, 0.1)))
+)
 
 _ORDERINGS: Final = (("PBCM", "MBCM"), ("BCM", "FM"))
 
@@ -130,4 +130,4 @@ def _draw(evidence: Evidence) -> Figure:
 
 def _text(difference: Mean) -> str:
     half = (difference.high - difference.low) / 2.0
-    return f"{difference.mean:+.2f}" + ("" if np.isnan(half) else f"\n± {half:.2f}")
+    return f"{difference.mean:+z.2f}" + ("" if np.isnan(half) else f"\n± {half:.2f}")

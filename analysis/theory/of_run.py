@@ -13,7 +13,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.theory.chain import Member, open_road
 from zenvoy.analysis.theory.laws import Coupling, total_delay_s
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import Gains, roster, setpoint_at
+from zenvoy.scenarios import Gains, Scenario, roster, setpoint_at
 
 Rows = NDArray[np.int64]
 
@@ -38,13 +38,18 @@ class NoTheoryError(Exception):
     """Linear theory does not apply to a run; the text says why."""
 
 
-def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
-    """Return the theory for the laws in force from low_s to high_s; raises NoTheoryError."""
-    scenario = run.scenario
+def require_theory(scenario: Scenario) -> None:
+    """Raise NoTheoryError if linear theory does not cover what a scenario says of all vehicles."""
     if scenario.control.neighbour_state == "position":
         raise NoTheoryError("it covers control by radar readings, not by reported positions.")
     if any(settings.lag_s for settings in roster(scenario)):
         raise NoTheoryError("it covers vehicles without a lag of their actuators.")
+
+
+def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
+    """Return the theory for the laws in force from low_s to high_s; raises NoTheoryError."""
+    scenario = run.scenario
+    require_theory(scenario)
     time_s = run.estimate.get("time_ns", np.zeros(0)) * 1e-9
     rows = np.flatnonzero((time_s >= low_s) & (time_s < high_s))
     if not rows.size:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from zenvoy.analysis.theory.chain import Member, open_road
 from zenvoy.analysis.theory.head_to_tail import head_to_tail
 from zenvoy.analysis.theory.laws import Coupling, total_delay_s
-from zenvoy.analysis.theory.of_run import NoTheoryError
+from zenvoy.analysis.theory.of_run import NoTheoryError, require_theory
 from zenvoy.laws.table import law_of
 from zenvoy.scenarios import Gains, Scenario, Settings, parameters_of, roster, setpoint_at
 
@@ -26,10 +26,7 @@ def string_of(scenario: Scenario) -> list[Member]:
 
     Raises NoTheoryError.
     """
-    if scenario.control.neighbour_state == "position":
-        raise NoTheoryError("it covers control by radar readings, not by reported positions.")
-    if any(settings.lag_s for settings in roster(scenario)):
-        raise NoTheoryError("it covers vehicles without a lag of their actuators.")
+    require_theory(scenario)
     members = open_road(
         [_member(scenario, settings, i) for i, settings in enumerate(roster(scenario), start=1)]
     )
