@@ -112,11 +112,8 @@ def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
     `identity` is what makes a study the same. Raises BadStudyError if the folder holds anything
     else, which is left as it is, and OSError.
     """
-    try:
-        holds = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
-    except NotADirectoryError:
-        raise bad_study("", f"--out {folder}: is a file, not a folder") from None
-    if holds:
+    make_folder(folder)
+    if holds := sorted(path.name for path in folder.iterdir()):
         before = _read(folder / _IDENTITY)
         if before is None:
             text = f"--out {folder}: holds no study, but {listed(holds)};"
@@ -127,6 +124,14 @@ def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
     new_store(folder)
     _write_whole(folder / _IDENTITY, json.dumps(identity, indent=2) + "\n")
     _write_whole(folder / STUDY, text)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder if it does not exist; raises BadStudyError if it is a file, and OSError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise bad_study("", f"--out {folder}: is a file, not a folder") from None
 
 
 def new_store(folder: Path) -> Store:

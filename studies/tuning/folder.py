@@ -9,14 +9,17 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from zenvoy.studies.sweeps.errors import bad_study
+from zenvoy.studies.sweeps.store import make_folder
 
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
-    """Keep other searches out of an existing folder; raises BadStudyError if one is at work in it.
+    """Make a folder if it does not exist, and keep other searches out of it.
 
-    The lock ends with the process, however that ends.
+    The lock ends with the process, however that ends. Raises BadStudyError if another search is at
+    work in the folder, or if it is a file.
     """
+    make_folder(folder)
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         try:

@@ -63,16 +63,18 @@ def run_tune(
 ) -> Tuned:
     """Make the missing trials of a study, then write its results.
 
-    `out` is by default runs/<name of the study>; `jobs`, the processes for the seeds of a trial,
-    one for each core. A trial that fails is told on a line, and the others go on. Laws must lie
-    beside the scenario unless `allow_code`. Raises BadStudyError before anything is run, and
-    OSError; finished trials are kept in the folder, also when it is interrupted.
+    `out` is runs/<name of the study> by default. `jobs` is the number of processes for the seeds of
+    a trial, by default one for each core. A trial that fails is reported on a line, and the others
+    go on. Laws must lie beside the scenario unless `allow_code`.
+
+    Raises BadStudyError before anything is run, and OSError. Finished trials are kept in the
+    folder, also after an interruption.
     """
     checked = read_tune_study(study, allow_code=allow_code)
     identity = {**_scenario(checked), **checked.identity}
     folder = Path("runs") / checked.name if out is None else out
-    open_folder(folder, json.loads(json.dumps(identity)), checked.runs.text)
     with held(folder):
+        open_folder(folder, json.loads(json.dumps(identity)), checked.runs.text)
         trials = _make_missing(checked, folder, jobs or len(os.sched_getaffinity(0)), on_line)
         files = write_results(checked, trials, folder, command)
     return Tuned(study=checked, trials=trials, folder=folder, files=tuple(files))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import signal
-import sqlite3
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -63,13 +64,60 @@ def test_more_trials_continue_a_search(tuned: Path, tmp_path: Path) -> None:
     assert outcome.out.startswith("12 trials × 2 seeds, 8 to do\n")
     table = (tmp_path / "out" / "trials.parquet").read_bytes()
     assert table == (tuned / "out" / "trials.parquet").read_bytes()
+    (tmp_path / "gap.yaml").write_text(GAP.replace("trials: 12", "trials: 4"))  # fewer again
+    outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
+    assert outcome.out.startswith("4 trials × 2 seeds, 0 to do\n")
+    assert rows_of(tmp_path / "out") == rows_of(tuned / "out")[:4]
 
 
-def test_a_trial_is_written_whole_or_not_at_all(tuned: Path) -> None:
-    """Whatever the moment at which the process dies: SQLite undoes what was not committed."""
-    with sqlite3.connect(tuned / "out" / "trials.db") as database:
-        states = database.execute("SELECT DISTINCT state FROM trials").fetchall()
-    assert states == [("COMPLETE",)]
+def test_a_trial_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    """A process dies at each SQL statement and at the commit of the write, in turn.
+
+    The test has its own process, since the process of the tests may have threads.
+    """
+    script = """if True:
+        import os, shutil
+        from pathlib import Path
+        from sqlalchemy import Engine, event
+        from zenvoy.studies.tuning.reading import read_tune_study
+        from zenvoy.studies.tuning.storage import Trials
+        from zenvoy.studies.tuning.trial import Trial
+        study = read_tune_study({
+            "scenario": "quickstart",
+            "parameters": {"control.gains.k_v": {"low": 0, "high": 1}},
+            "minimize": "gap.measured.rmse",
+            "constraints": {"collisions": {"max": 0}},
+        })
+        figures = {"gap.measured.rmse": (0.5, 0.7), "collisions": (0.0, 1.0)}
+        trial = Trial(number=1, point={"control.gains.k_v": 0.25}, figures=figures)
+        Path("new").mkdir()
+        Trials(Path("new"), study)
+        code, deaths = 9, 0
+        while code:
+            assert code == 9, code
+            folder = Path(shutil.copytree("new", str(deaths)))
+            child = os.fork()
+            if not child:
+                trials, happened = Trials(folder, study), []
+                def die(*_):
+                    happened.append(1)
+                    if len(happened) > deaths:
+                        os._exit(9)
+                for moment in ("before_cursor_execute", "commit"):
+                    event.listen(Engine, moment, die)
+                trials.add(trial)
+                os._exit(0)
+            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            found = Trials(folder, study).finished
+            assert found in ([], [trial]), found
+            deaths += bool(code)
+        assert found == [trial]
+        assert deaths > 3, deaths
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_the_folder_of_another_study_is_left(tuned: Path) -> None:
@@ -121,6 +169,17 @@ def test_a_folder_is_for_one_search_at_a_time(tmp_path: Path) -> None:
         pass
     with held(tmp_path):  # the end of the other one has freed it
         pass
+
+
+def test_a_second_search_is_refused_and_changes_nothing(tuned: Path, tmp_path: Path) -> None:
+    out = tuned / "out"
+    before = contents(out)
+    (tmp_path / "gap.yaml").write_text(GAP.replace("trials: 12", "trials: 13"))
+    with held(out):
+        outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", str(out))
+    assert outcome.code == 2
+    assert outcome.err == f"--out {out}: another zenvoy tune is at work there; wait for its end\n"
+    assert contents(out) == before
 
 
 @pytest.mark.parametrize("name", ["a?b=c#d", "100 % {x}", "Zügé"])

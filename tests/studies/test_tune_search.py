@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenvoy.studies.tuning.best import best_yaml
+from zenvoy.scenarios import load
+from zenvoy.studies.tuning.best import best_yaml, cell_of
 from zenvoy.studies.tuning.parameters import Span
 from zenvoy.studies.tuning.reading import read_tune_study
 from zenvoy.studies.tuning.search import proposal
@@ -131,3 +132,5 @@ def test_the_best_scenario_is_that_of_the_trial(tmp_path: Path, changes: Any) ->
     text = best_yaml(study, trial, tmp_path)
     assert text is not None
     assert b"\nextends: quickstart\n" in text
+    (tmp_path / "best.yaml").write_bytes(text)
+    assert load(tmp_path / "best.yaml").scenario == cell_of(study, trial).load().scenario
