@@ -15,7 +15,7 @@ import typer
 
 from zenvoy.cli import exits
 from zenvoy.cli.options import Bus, DurationOption, EngineName, choice_of, scenario_of
-from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.cli.terminal import errors, refuse, say
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.requests import interruptible
 
@@ -68,14 +68,14 @@ def reproduce(
             engine=chosen,
             jobs=jobs or at_a_time,
             fingerprints=fingerprints,
-            on_line=_print,
+            on_line=say,
         )
         with_fingerprints = " --fingerprints" if fingerprints else ""
         command = _command(
             f"zenvoy reproduce --seeds {seeds} --engine {chosen}{with_fingerprints}", duration_s
         )
         for path in reproduce(study, seeds=seeds, duration_s=duration_s, out=out, command=command):
-            _print(str(path))
+            say(str(path))
 
 
 def degradation(
@@ -100,12 +100,12 @@ def degradation(
 
     chosen = _engine(engine, bus)
     with _studying(duration_s, out, runs) as at_a_time:
-        study = Study(folder=runs, engine=chosen, jobs=jobs or at_a_time, on_line=_print)
+        study = Study(folder=runs, engine=chosen, jobs=jobs or at_a_time, on_line=say)
         command = _command(f"zenvoy degradation --seeds {seeds} --engine {chosen}", duration_s)
         for path in degradation(
             study, seeds=seeds, duration_s=duration_s, out=out, command=command
         ):
-            _print(str(path))
+            say(str(path))
 
 
 def _engine(engine: EngineName | None, bus: Bus | None) -> Engine:
@@ -114,10 +114,6 @@ def _engine(engine: EngineName | None, bus: Bus | None) -> Engine:
         return "arrays"
     chosen = choice_of(engine, bus)
     return "arrays" if chosen == "auto" else chosen
-
-
-def _print(text: str) -> None:
-    console.print(text, highlight=False, soft_wrap=True)
 
 
 def _command(text: str, duration_s: float | None) -> str:

@@ -57,6 +57,11 @@ console = _console(stderr=False)
 errors = _console(stderr=True)
 
 
+def say(text: str) -> None:
+    """Print a line, which is not wrapped."""
+    console.print(text, soft_wrap=True)
+
+
 def refuse(text: str) -> NoReturn:
     """Print what is wrong with the input, and exit."""
     errors.print(text)

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from shlex import quote
 from typing import Annotated
 
 import typer
 
 from zenvoy.cli import exits
 from zenvoy.cli.options import AllowCodeOption
-from zenvoy.cli.terminal import console, errors, refuse
-from zenvoy.fleet.requests import interruptible
-from zenvoy.scenarios import ScenarioError
+from zenvoy.cli.studying import ResultsOption, StudyArgument, command_of, studying
+from zenvoy.cli.terminal import errors, say
 
 
 def tune(
-    study: Annotated[str, typer.Argument(metavar="STUDY", help="A study, a YAML file.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of the results [default: runs/<name of the study>].")
-    ] = None,
+    study: StudyArgument,
+    out: ResultsOption = None,
     jobs: Annotated[
         int | None,
         typer.Option(
@@ -34,39 +29,24 @@ def tune(
     """
     from zenvoy.studies.tuning.tune import run_tune
 
-    command = f"zenvoy tune {quote(study)}" + (f" --out {quote(str(out))}" if out else "")
-    command += " --allow-code" if allow_code else ""
-    try:
-        with interruptible():
-            done = run_tune(
-                study,
-                out=out,
-                jobs=jobs,
-                on_line=_print,
-                command=command,
-                allow_code=allow_code,
-            )
-    except ScenarioError as error:
-        refuse(str(error))
-    except OSError as error:
-        errors.print(f"the search cannot go on: {error}")
-        raise typer.Exit(exits.FAILED) from error
-    except KeyboardInterrupt:
-        errors.print("interrupted; the finished trials are kept")
-        raise typer.Exit(exits.INTERRUPTED) from None
+    with studying("search", "trials"):
+        done = run_tune(
+            study,
+            out=out,
+            jobs=jobs,
+            on_line=say,
+            command=command_of("tune", study, out, allow_code),
+            allow_code=allow_code,
+        )
     for path in done.files:
-        _print(str(path))
+        say(str(path))
     if done.best is None:
         errors.print(f"no trial is feasible; see {done.readme}")
         raise typer.Exit(exits.FAILED)
-    _print(f"best: trial {done.best.number}: {done.best.settings}: {done.best.told(done.study)}")
+    say(f"best: trial {done.best.number}: {done.best.settings}: {done.best.told(done.study)}")
     if done.failed:
         errors.print(f"{done.failed} of {len(done.trials)} trials failed; see {done.readme}")
         raise typer.Exit(exits.FAILED)
-
-
-def _print(text: str) -> None:
-    console.print(text, highlight=False, soft_wrap=True)
 
 
 TUNE_COMMANDS = (tune,)
