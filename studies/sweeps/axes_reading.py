@@ -7,7 +7,7 @@ from typing import Final
 from zenvoy.scenarios import Problem
 from zenvoy.scenarios.reading.tree import Node
 from zenvoy.studies.sweeps.axes import DISTRIBUTIONS, Axis, Listed, Range
-from zenvoy.studies.sweeps.checking import checked, repeated
+from zenvoy.studies.sweeps.checking import checked, entries, repeated
 from zenvoy.values.wording import shown
 
 _OWN_KEYS: Final = {"seed": "seeds", "extends": "scenario"}
@@ -17,8 +17,7 @@ def axes_of(node: Node | None) -> tuple[dict[str, Axis], list[Problem]]:
     """Return the axes that a mapping of keys of the scenario describes, and the problems."""
     found: dict[str, Axis] = {}
     problems: list[Problem] = []
-    entries = node.value if node is not None and isinstance(node.value, dict) else {}
-    for key, written in entries.items():
+    for key, written in entries(node).items():
         path = ("axes", key)
         if key in _OWN_KEYS:
             text = f"is no axis; use the key {_OWN_KEYS[key]} of the study"

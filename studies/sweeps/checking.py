@@ -35,6 +35,11 @@ def checked(kind: type[Kind], node: Node, path: Path) -> tuple[Kind | None, list
         return None, list(found.values())
 
 
+def entries(node: Node | None) -> dict[str, Node]:
+    """Return the entries of a mapping; none if there is no mapping."""
+    return node.value if node is not None and isinstance(node.value, dict) else {}
+
+
 def unknown(name: str, known: list[str]) -> str:
     """Return what is wrong with an unknown name, with the most similar one."""
     hint = nearest(name[:_LONGEST_NAME], {one: one for one in known})

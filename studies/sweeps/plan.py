@@ -101,7 +101,7 @@ def plan_of(study: StudyFile, *, allow_code: bool = False) -> Plan:
         text = f"{counted(cells, 'cell')} × {counted(study.seed_count, 'seed')} are"
         text += f" {cells * study.seed_count:,} runs; allowed: at most {MOST_RUNS:,}"
         raise bad_study("axes", text, study.places["axes"])
-    seeds = study.seeds if isinstance(study.seeds, tuple) else tuple(range(1, study.seeds + 1))
+    seeds = study.each_seed
     planned: list[PlannedCell] = []
     problems: dict[str, Problem] = {}
     bad = 0

@@ -12,13 +12,13 @@ from zenvoy.scenarios.reading.tree import Node
 
 
 def settings_problems(
-    settings: list[str] | dict[str, Any], axes: Iterable[str], root: Node
+    settings: list[str] | dict[str, Any], varied: Iterable[str], what: str, root: Node
 ) -> Iterator[Problem]:
-    """Yield a problem for each setting that is an axis too."""
+    """Yield a problem for each setting that the study also varies, as `what`: "an axis"."""
     of_settings = {setting.partition("=")[0].strip() for setting in as_settings(settings)}
-    for key in of_settings.intersection(axes):
+    for key in sorted(of_settings.intersection(varied)):
         place = root.place_of(("settings",))
-        yield Problem(key="settings", text=f"{key} is an axis of the study too", place=place)
+        yield Problem(key="settings", text=f"{key} is {what} of the study too", place=place)
 
 
 def as_settings(settings: list[str] | dict[str, Any]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 
 from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
-from zenvoy.scenarios import Place, ScenarioError
+from zenvoy.scenarios import Place, Problem, ScenarioError
 from zenvoy.scenarios.reading.origin import from_here
 from zenvoy.scenarios.reading.source import parse
 from zenvoy.scenarios.reading.tree import Node
 from zenvoy.studies.sweeps.axes import Axis
 from zenvoy.studies.sweeps.axes_reading import axes_of
-from zenvoy.studies.sweeps.checking import checked, repeated, wrong_names
+from zenvoy.studies.sweeps.checking import checked, entries, repeated, wrong_names
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
 from zenvoy.studies.sweeps.settings import as_settings, settings_problems
-from zenvoy.studies.sweeps.study_keys import StudyKeys, SweepEngine
+from zenvoy.studies.sweeps.study_keys import RunKeys, StudyKeys, SweepEngine
 from zenvoy.values.wording import shown
 
 
@@ -54,6 +54,11 @@ class StudyFile:
     def seed_count(self) -> int:
         """Number of seeds."""
         return self.seeds if isinstance(self.seeds, int) else len(self.seeds)
+
+    @property
+    def each_seed(self) -> tuple[int, ...]:
+        """Every seed; a number of seeds stands for 1, 2, and so on."""
+        return self.seeds if isinstance(self.seeds, tuple) else tuple(range(1, self.seeds + 1))
 
 
 class Written(NamedTuple):
@@ -115,36 +120,62 @@ def _plain(value: object) -> object:
 def _study(found: Written) -> StudyFile:
     """Return the study that a tree describes; raises BadStudyError with all its problems."""
     root = found.root
-    assert isinstance(root.value, dict)
     keys, problems = checked(StudyKeys, root, ())
-    axes, in_axes = axes_of(root.value.get("axes"))
+    axes, in_axes = axes_of(root.find(("axes",)))
     problems = [*problems, *in_axes]
     if keys is not None:
         problems += wrong_names("measures", keys.measures or (), MEASURES, root)
         problems += wrong_names("series", keys.series, SERIES, root)
-        problems += repeated("seeds", keys.seeds if isinstance(keys.seeds, list) else (), root)
-        problems += settings_problems(keys.settings, axes, root)
+        problems += run_problems(keys, axes, "an axis", root)
     if keys is None or problems:
         raise BadStudyError(problems)
-    places = {key: node.place for key, node in root.value.items()}
-    places |= {key: root.place_of(("axes", key)) for key in axes}
+    return study_file(
+        found,
+        keys,
+        "axes",
+        axes=axes,
+        measures=None if keys.measures is None else tuple(keys.measures),
+        series=tuple(keys.series),
+    )
+
+
+def run_problems(keys: RunKeys, varied: Iterable[str], what: str, root: Node) -> Iterator[Problem]:
+    """Yield the problems of the keys that sweeps and searches share.
+
+    `varied` are the settings that the study varies, as `what`: "an axis".
+    """
+    yield from repeated("seeds", keys.seeds if isinstance(keys.seeds, list) else (), root)
+    yield from settings_problems(keys.settings, varied, what, root)
+
+
+def study_file(
+    found: Written,
+    keys: RunKeys,
+    varied: str,
+    *,
+    axes: Mapping[str, Axis],
+    measures: tuple[str, ...] | None,
+    series: tuple[str, ...] = (),
+) -> StudyFile:
+    """Return the study of checked keys. `varied` is the key of the settings that it varies."""
+    nodes = entries(found.root) | entries(found.root.find((varied,)))
     return StudyFile(
         name=found.name,
         text=found.text,
-        scenario=beside(found.folder, keys.scenario),
+        scenario=_beside(found.folder, keys.scenario),
         description=keys.description,
         settings=tuple(as_settings(keys.settings)),
         axes=axes,
         seeds=keys.seeds if isinstance(keys.seeds, int) else tuple(keys.seeds),
-        measures=None if keys.measures is None else tuple(keys.measures),
-        series=tuple(keys.series),
+        measures=measures,
+        series=series,
         engine=keys.engine,
         duration_s=keys.duration_s,
-        places=places,
+        places={key: node.place for key, node in nodes.items()},
     )
 
 
-def beside(folder: Path | None, scenario: str) -> str:
+def _beside(folder: Path | None, scenario: str) -> str:
     """Return the path of a scenario beside the study; else the name as it is."""
     if folder is not None and (folder / scenario).is_file():
         return str(folder / scenario)

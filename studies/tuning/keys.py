@@ -7,14 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from zenvoy.studies.sweeps.axes import Number
-from zenvoy.studies.sweeps.study_keys import (
-    DescriptionKey,
-    DurationKey,
-    EngineKey,
-    ScenarioKey,
-    SeedsKey,
-    SettingsKey,
-)
+from zenvoy.studies.sweeps.study_keys import RunKeys
 from zenvoy.values.section import Section
 
 MOST_TRIALS = 10_000
@@ -22,12 +15,9 @@ MOST_TRIALS = 10_000
 _Limit = Annotated[Number | None, Field(description="a number in [-1e9, 1e9]")]
 
 
-class TuneKeys(Section):
+class TuneKeys(RunKeys):
     """The keys of a study; parameters, constraints and the sampler are checked one by one."""
 
-    scenario: ScenarioKey
-    description: DescriptionKey = ""
-    settings: SettingsKey = Field(default_factory=list)
     parameters: Annotated[
         dict[str, Any],
         Field(min_length=1, description="one key of the scenario or more, each with its range"),
@@ -43,9 +33,6 @@ class TuneKeys(Section):
     sampler: Annotated[dict[str, Any], Field(description="a mapping of kind, seed and startup")] = (
         Field(default_factory=dict)
     )
-    seeds: SeedsKey = 1
-    engine: EngineKey = "auto"
-    duration_s: DurationKey = None
 
 
 class Limits(Section):

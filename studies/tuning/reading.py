@@ -4,28 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from os import PathLike
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.scenarios import Problem
 from zenvoy.scenarios.reading.tree import Node
-from zenvoy.studies.sweeps.checking import checked, repeated, unknown
+from zenvoy.studies.sweeps.checking import checked, entries, repeated, unknown
 from zenvoy.studies.sweeps.errors import BadStudyError
 from zenvoy.studies.sweeps.plan import MOST_RUNS
-from zenvoy.studies.sweeps.settings import as_settings
-from zenvoy.studies.sweeps.study_file import StudyFile, beside, written
+from zenvoy.studies.sweeps.study_file import run_problems, study_file, written
 from zenvoy.studies.tuning.figures import FIGURES, is_theoretical
 from zenvoy.studies.tuning.keys import Limits, Sampler, TuneKeys
 from zenvoy.studies.tuning.parameters import Choices, Parameter, Span
 from zenvoy.studies.tuning.study import Bound, Constraint, Direction, TuneStudy
-from zenvoy.values.section import Section
 from zenvoy.values.wording import shown
 
 _OWN_KEYS: Final = {"seed": "seeds", "extends": "scenario", "duration_s": "duration_s"}
 _DIRECTIONS: Final[tuple[Direction, ...]] = ("minimize", "maximize")
 _BOUNDS: Final[tuple[Bound, ...]] = ("max", "min")
-
-One = TypeVar("One", bound=Section)
 
 
 def read_tune_study(
@@ -37,12 +33,11 @@ def read_tune_study(
     keys, problems = checked(TuneKeys, root, ())
     parameters, in_parameters = _parameters(root.find(("parameters",)))
     constraints, in_constraints = _constraints(root.find(("constraints",)))
-    sampler, in_sampler = _section(Sampler, root.find(("sampler",)), ("sampler",))
+    sampler, in_sampler = _sampler(root.find(("sampler",)))
     problems = [*problems, *in_parameters, *in_constraints, *in_sampler]
     if keys is not None:
         problems += _objective_problems(keys, root)
-        problems += repeated("seeds", keys.seeds if isinstance(keys.seeds, list) else (), root)
-        problems += _settings_problems(keys, parameters, root)
+        problems += run_problems(keys, parameters, "a parameter", root)
         problems += _size_problems(keys, root)
     if keys is None or sampler is None or problems:
         raise BadStudyError(problems)
@@ -53,24 +48,8 @@ def read_tune_study(
     problems += _log_problems(keys, measured, root)
     if problems:
         raise BadStudyError(problems)
-    assert isinstance(root.value, dict)
-    places = {key: node.place for key, node in root.value.items()}
-    places |= {key: root.place_of(("parameters", key)) for key in parameters}
     return TuneStudy(
-        runs=StudyFile(
-            name=found.name,
-            text=found.text,
-            scenario=beside(found.folder, keys.scenario),
-            description=keys.description,
-            settings=tuple(as_settings(keys.settings)),
-            axes={},
-            seeds=keys.seeds if isinstance(keys.seeds, int) else tuple(keys.seeds),
-            measures=tuple(measured),
-            series=(),
-            engine=keys.engine,
-            duration_s=keys.duration_s,
-            places=places,
-        ),
+        runs=study_file(found, keys, "parameters", axes={}, measures=tuple(measured)),
         parameters=parameters,
         direction=direction,
         figure=figure,
@@ -81,23 +60,17 @@ def read_tune_study(
     )
 
 
-def _entries(node: Node | None) -> dict[str, Node]:
-    return node.value if node is not None and isinstance(node.value, dict) else {}
-
-
-def _section(
-    kind: type[One], node: Node | None, path: tuple[str, ...]
-) -> tuple[One | None, list[Problem]]:
-    """Return the section that a mapping describes; `checked` of the keys has said what is none."""
+def _sampler(node: Node | None) -> tuple[Sampler | None, list[Problem]]:
+    """Return the sampler and its problems; the check of the keys reports what is no mapping."""
     if node is not None and not isinstance(node.value, dict):
         return None, []
-    return (kind(), []) if node is None else checked(kind, node, path)
+    return (Sampler(), []) if node is None else checked(Sampler, node, ("sampler",))
 
 
 def _parameters(node: Node | None) -> tuple[dict[str, Parameter], list[Problem]]:
     found: dict[str, Parameter] = {}
     problems: list[Problem] = []
-    for key, entry in _entries(node).items():
+    for key, entry in entries(node).items():
         path = ("parameters", key)
         if key in _OWN_KEYS:
             text = f"is no parameter; use the key {_OWN_KEYS[key]} of the study"
@@ -128,7 +101,7 @@ def _disagreements(parameter: Parameter, entry: Node, path: tuple[str, ...]) -> 
 def _constraints(node: Node | None) -> tuple[tuple[Constraint, ...], list[Problem]]:
     found: list[Constraint] = []
     problems: list[Problem] = []
-    for figure, entry in _entries(node).items():
+    for figure, entry in entries(node).items():
         path = ("constraints", figure)
         if figure not in FIGURES:
             text = unknown(figure, list(FIGURES))
@@ -171,15 +144,6 @@ def _objective_problems(keys: TuneKeys, root: Node) -> Iterator[Problem]:
         if name not in FIGURES:
             place = root.place_of((direction,))
             yield Problem(key=direction, text=unknown(name, list(FIGURES)), place=place)
-
-
-def _settings_problems(
-    keys: TuneKeys, parameters: Mapping[str, Parameter], root: Node
-) -> Iterator[Problem]:
-    of_settings = {setting.partition("=")[0].strip() for setting in as_settings(keys.settings)}
-    for key in sorted(of_settings.intersection(parameters)):
-        place = root.place_of(("settings",))
-        yield Problem(key="settings", text=f"{key} is a parameter of the study too", place=place)
 
 
 def _size_problems(keys: TuneKeys, root: Node) -> Iterator[Problem]:

@@ -76,8 +76,7 @@ class TuneStudy:
     @property
     def seeds(self) -> tuple[int, ...]:
         """The seeds of each trial."""
-        seeds = self.runs.seeds
-        return seeds if isinstance(seeds, tuple) else tuple(range(1, seeds + 1))
+        return self.runs.each_seed
 
     @property
     def figures(self) -> tuple[str, ...]:
@@ -88,7 +87,7 @@ class TuneStudy:
     @property
     def measured(self) -> tuple[str, ...]:
         """The figures that need runs."""
-        return tuple(name for name in self.figures if not is_theoretical(name))
+        return self.runs.measures or ()
 
     def plan_at(self, point: Point) -> Plan:
         """Return the runs of a trial, as of a sweep with a single cell; raises BadStudyError."""

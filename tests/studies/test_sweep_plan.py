@@ -175,8 +175,8 @@ def test_a_mapping_may_be_a_study(tmp_path: Path) -> None:
 AXIS = "axes: {channel.loss.p: [0, 0.5]}\n"
 BAD = {
     f"scenario: quickstart\n{AXIS}mesures: [fallbacks]\n": "mesures: unknown key; did you mean "
-    "'measures'? allowed: scenario, description, settings, axes, seeds, measures, series, engine, "
-    "duration_s  (study.yaml, line 3)",
+    "'measures'? allowed: scenario, description, settings, seeds, engine, duration_s, axes, "
+    "measures, series  (study.yaml, line 3)",
     AXIS: "scenario: missing; allowed: the name of a built-in scenario, or of a file beside the "
     "study  (study.yaml)",
     "scenario: quickstart\n": "axes: missing; allowed: a mapping of keys of the scenario to their "

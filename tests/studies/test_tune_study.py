@@ -51,7 +51,7 @@ BAD = {
     GOOD + "sampler: {kind: grid}": "sampler.kind: 'grid' is not one of tpe, random",
     GOOD + "sampler: {seed: -1}": "sampler.seed: -1 is not a whole number in [0, 2^63)",
     GOOD + "seeds: [1, 1]": "seeds.1: 1 is given twice; allowed: once",
-    GOOD + "axes: {}": "axes: unknown key; allowed: scenario, description, settings, parameters,",
+    GOOD + "axes: {}": "axes: unknown key; allowed: scenario, description, settings, seeds,",
     GOOD + "engine: zenoh": "engine: 'zenoh' is not one of auto, arrays, in-process",
     GOOD.replace("gap.measured.rmse", "frames.lost")
     + "engine: arrays": "engine: arrays; frames.lost",
