@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.analysis.measures.digest import Digest
-from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.drawing import in_markdown, picture_files
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.degradation import IMPAIRMENTS, MODELS, Point, picture, sheet
 from zenvoy.analysis.paper.reproduction import markdown
@@ -86,21 +86,17 @@ def _files(found: dict[Point, list[Digest]], command: str) -> dict[str, bytes]:
         "are more than a second old. Dashed lines with crosses: they use beacons of any age. Bars: "
         "95 % confidence intervals over seeds, cut at 0."
     )
-    drawing = drawn(shown := picture(found, caption))
+    shown = picture(found, caption)
     text = [
         "# Degradation with the channel",
         "",
         f"Written by `{command}` of Zenvoy {version('zenvoy')}.",
         "",
-        f"![{shown.name}]({shown.name}.png)",
-        "",
-        f"*{caption}*",
-        "",
+        *in_markdown(shown),
         markdown(table),
     ]
     return {
-        f"{shown.name}.png": drawing.png,
-        f"{shown.name}.svg": drawing.svg,
+        **picture_files([shown]),
         f"{table.name}.csv": csv_bytes(table),
         "README.md": "\n".join(text).encode(),
     }

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.drawing import in_markdown, picture_files
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.evidence import MODELS, Evidence
 from zenvoy.analysis.paper.gains import GAINS
@@ -111,11 +111,8 @@ def _by_seed(cell: Cell) -> tuple[int, bool]:
 
 def _files(evidence: Evidence, command: str, runs: int, more: str) -> dict[str, bytes]:
     found = [sheet for sheet in sheets(evidence) if sheet.rows]
-    drawings = {picture: drawn(picture) for picture in pictures(evidence)}
-    files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in found}
-    for picture, drawing in drawings.items():
-        files[f"{picture.name}.png"] = drawing.png
-        files[f"{picture.name}.svg"] = drawing.svg
+    shown = pictures(evidence)
+    files = {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in found} | picture_files(shown)
     how = [
         f"Written by `{command}` of Zenvoy {version('zenvoy')}: {runs:,} runs. Values are"
         " means over the seeds 1, 2, … with their 95 % confidence intervals (Student's t)."
@@ -123,8 +120,8 @@ def _files(evidence: Evidence, command: str, runs: int, more: str) -> dict[str, 
     ]
     readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
     readme += ["`claims.md` compares each claim of the paper with the measurements.", ""]
-    for picture in drawings:
-        readme += [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
+    for picture in shown:
+        readme += in_markdown(picture)
     readme += [markdown(sheet) for sheet in found if sheet.name != "fingerprints"]
     files["README.md"] = "\n".join(readme).encode()
     files["claims.md"] = claims_page(evidence, how).encode()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Final
@@ -37,6 +38,20 @@ def drawn(picture: Picture) -> Drawn:
         png, svg = _saved(figure, "png"), _saved(figure, "svg")
     width_in, height_in = figure.get_size_inches()
     return Drawn(png=png, svg=svg, width_in=float(width_in), height_in=float(height_in))
+
+
+def picture_files(pictures: Iterable[Picture]) -> dict[str, bytes]:
+    """Draw pictures, and return the PNG and the SVG of each by name of file."""
+    files: dict[str, bytes] = {}
+    for picture in pictures:
+        drawing = drawn(picture)
+        files |= {f"{picture.name}.png": drawing.png, f"{picture.name}.svg": drawing.svg}
+    return files
+
+
+def in_markdown(picture: Picture) -> list[str]:
+    """Return the lines of Markdown that show the PNG of a picture above its caption."""
+    return [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
 
 
 def _lay_out(figure: Figure) -> None:

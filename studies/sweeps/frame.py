@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pyarrow as pa
+
+from zenvoy.studies.extras import missing
 from zenvoy.studies.study import StudyError
 from zenvoy.studies.sweeps.sweep import Study, run_sweep
 from zenvoy.studies.sweeps.table import table_of
@@ -37,8 +39,8 @@ def sweep(
     Raises BadStudyError (a ScenarioError) before anything is run; StudyError if pandas is not
     installed, or if there is no such cluster, or it is lost; or OSError.
     """
-    if find_spec("pandas") is None:
-        raise StudyError("pandas is not installed; run: pip install 'zenvoy[pandas]'")
+    if line := missing("pandas"):
+        raise StudyError(line)
     folder = None if out is None else Path(fspath(out))
     command = "zenvoy.studies.sweep(…)"
     done = run_sweep(
@@ -50,8 +52,12 @@ def sweep(
         allow_code=allow_code,
         dask=dask,
     )
-    table = table_of(done.results)
-    frame = table.to_pandas()
+    return frame_of(table_of(done.results))
+
+
+def frame_of(table: pa.Table) -> DataFrame:
+    """Return a table as a DataFrame, whose `attrs["units"]` has the units of the columns."""
+    frame: DataFrame = table.to_pandas()
     frame.attrs["units"] = {
         field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata
     }

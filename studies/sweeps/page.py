@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
-from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.drawing import in_markdown, picture_files
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.reproduction import markdown
 from zenvoy.studies.sweeps.pictures import pictures
@@ -36,13 +36,10 @@ def write_results(results: Results, store: Store, command: str) -> list[Path]:
     of_means, of_columns = means(results), legend(results)
     files |= {f"{sheet.name}.csv": csv_bytes(sheet) for sheet in (of_means, of_columns)}
     shown_pictures = pictures(results)
-    for picture in shown_pictures:
-        drawing = drawn(picture)
-        files[f"{picture.name}.png"] = drawing.png
-        files[f"{picture.name}.svg"] = drawing.svg
+    files |= picture_files(shown_pictures)
     lines = _what_was_run(results, command)
     for picture in shown_pictures:
-        lines += [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
+        lines += in_markdown(picture)
     if len(of_means.rows) <= _MOST_ROWS:
         lines += [markdown(of_means)]
     if results.failed:

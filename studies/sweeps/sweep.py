@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from zenvoy.studies.extras import missing
 from zenvoy.studies.sweeps.crew import Cores, Crew
 from zenvoy.studies.sweeps.errors import NoClusterError, bad_study
 from zenvoy.studies.sweeps.page import README, write_results
@@ -79,8 +79,8 @@ def _crew(jobs: int | None, dask: str | None, on_line: OnLine) -> AbstractContex
         return nullcontext(Cores(jobs or len(os.sched_getaffinity(0))))
     if jobs is not None:
         raise bad_study("", "--jobs: with --dask, the workers say how many runs go at a time")
-    if find_spec("distributed") is None:
-        raise NoClusterError("distributed is not installed; run: pip install 'zenvoy[dask]'")
+    if line := missing("distributed"):
+        raise NoClusterError(line)
     cluster = import_module("zenvoy.studies.sweeps.cluster.crew")  # Dask takes a second to import
     found: AbstractContextManager[Crew] = cluster.cluster_at(dask, on_line)
     return found

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zenvoy.studies.extras import missing
 from zenvoy.studies.study import StudyError
+from zenvoy.studies.sweeps.frame import frame_of
 from zenvoy.studies.sweeps.sweep import Study
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-_EXTRAS = {"optuna": "tune", "pandas": "pandas"}
 
 
 def tune(
@@ -36,9 +35,8 @@ def tune(
     BadStudyError (a ScenarioError) before anything is run, StudyError if Optuna or pandas is not
     installed, or OSError.
     """
-    for package, extra in _EXTRAS.items():
-        if find_spec(package) is None:
-            raise StudyError(f"{package} is not installed; run: pip install 'zenvoy[{extra}]'")
+    if line := missing("optuna", "pandas"):
+        raise StudyError(line)
     from zenvoy.studies.tuning.table import table_of
     from zenvoy.studies.tuning.tune import run_tune
 
@@ -47,10 +45,6 @@ def tune(
     done = run_tune(
         study, out=folder, jobs=jobs, on_line=on_line, command=command, allow_code=allow_code
     )
-    table = table_of(done.study, done.trials)
-    frame = table.to_pandas()
-    frame.attrs["units"] = {
-        field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata
-    }
+    frame = frame_of(table_of(done.study, done.trials))
     frame.attrs["best"] = None if done.best is None else done.best.number
     return frame

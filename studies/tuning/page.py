@@ -8,7 +8,7 @@ from pathlib import Path
 from shlex import quote
 from typing import Final
 
-from zenvoy.analysis.page.drawing import drawn
+from zenvoy.analysis.page.drawing import in_markdown, picture_files
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.paper.reproduction import markdown
 from zenvoy.studies.sweeps.page import README
@@ -42,11 +42,10 @@ def write_results(
         files[BEST] = scenario
     files["legend.csv"] = csv_bytes(legend(study))
     lines = _what_was_run(study, trials, command) + _what_is_best(study, best, scenario)
-    for picture in pictures(study, trials):
-        drawing = drawn(picture)
-        files[f"{picture.name}.png"] = drawing.png
-        files[f"{picture.name}.svg"] = drawing.svg
-        lines += [f"![{picture.name}]({picture.name}.png)", "", f"*{picture.caption}*", ""]
+    shown_pictures = pictures(study, trials)
+    files |= picture_files(shown_pictures)
+    for picture in shown_pictures:
+        lines += in_markdown(picture)
     if best is not None:
         lines += [markdown(best_sheet(study, trials, _MOST_BEST))]
     failed = [trial for trial in trials if trial.failure]

@@ -324,7 +324,7 @@ def test_without_pandas_the_error_names_the_missing_package(
 ) -> None:
     find = importlib.util.find_spec
     monkeypatch.setattr(
-        "zenvoy.studies.sweeps.frame.find_spec",
+        "zenvoy.studies.extras.find_spec",
         lambda name: None if name == "pandas" else find(name),
     )
     with pytest.raises(StudyError, match=r"pip install 'zenvoy\[pandas\]'"):

@@ -199,7 +199,7 @@ def refused(folder: Path, **options: int) -> str:
 def test_without_dask_a_line_says_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("zenvoy.studies.sweeps.sweep.find_spec", lambda _: None)
+    monkeypatch.setattr("zenvoy.studies.extras.find_spec", lambda _: None)
     wanted = "distributed is not installed; run: pip install 'zenvoy[dask]'"
     assert refused(tmp_path) == wanted
 

@@ -106,7 +106,7 @@ def test_a_missing_package_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, extra: str
 ) -> None:
     monkeypatch.setattr(
-        "zenvoy.studies.tuning.frame.find_spec", lambda name: None if name == package else 1
+        "zenvoy.studies.extras.find_spec", lambda name: None if name == package else 1
     )
     with pytest.raises(StudyError, match=rf"{package} .*pip install 'zenvoy\[{extra}\]'"):
         tune({"scenario": "quickstart"}, out=tmp_path / "out")
