@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -81,9 +80,9 @@ def _crew(jobs: int | None, dask: str | None, on_line: OnLine) -> AbstractContex
         raise bad_study("", "--jobs: with --dask, the workers say how many runs go at a time")
     if line := missing("distributed"):
         raise NoClusterError(line)
-    cluster = import_module("zenvoy.studies.sweeps.cluster.crew")  # Dask takes a second to import
-    found: AbstractContextManager[Crew] = cluster.cluster_at(dask, on_line)
-    return found
+    from zenvoy.studies.sweeps.cluster.crew import cluster_at  # Dask takes a second to import
+
+    return cluster_at(dask, on_line)
 
 
 def make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[str, str]:

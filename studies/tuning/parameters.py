@@ -30,6 +30,14 @@ class Parameter(Section):
     def shown(self) -> str:
         """The values in words."""
 
+    @abstractmethod
+    def proposed_as(self, value: Any) -> Any:
+        """Return a value as the search has it: a number, or the label of a choice."""
+
+    @abstractmethod
+    def value_of(self, proposed: Any) -> Any:
+        """Return the value that a proposal of the search stands for."""
+
 
 class Span(Parameter):
     """Numbers from low to high, both included; whole ones if low, high and step are whole."""
@@ -71,7 +79,11 @@ class Span(Parameter):
             return "step", f"{self.step:g} does not lead from {self.low:g} to {self.high:g}"
         return None
 
-    def value_of(self, proposed: float) -> float:
+    def proposed_as(self, value: Any) -> Any:
+        """See Parameter."""
+        return value
+
+    def value_of(self, proposed: Any) -> Any:
         """Return a proposed number with few digits, inside of the range."""
         if self.whole:
             return int(proposed)
@@ -97,16 +109,12 @@ class Choices(Parameter):
     @property
     def labels(self) -> list[str]:
         """The choices as JSON, by which the search tells them apart."""
-        return [_label(choice) for choice in self.choices]
+        return [self.proposed_as(choice) for choice in self.choices]
 
-    def label_of(self, choice: Any) -> str:
-        """Return the label of a choice."""
-        return _label(choice)
+    def proposed_as(self, value: Any) -> Any:
+        """See Parameter."""
+        return json.dumps(value, ensure_ascii=False, sort_keys=True)
 
-    def choice_of(self, label: str) -> Any:
-        """Return the choice with a label."""
-        return self.choices[self.labels.index(label)]
-
-
-def _label(choice: Any) -> str:
-    return json.dumps(choice, ensure_ascii=False, sort_keys=True)
+    def value_of(self, proposed: Any) -> Any:
+        """See Parameter."""
+        return self.choices[self.labels.index(proposed)]

@@ -199,7 +199,7 @@ def _scale(axis: Any, parameter: Parameter) -> None:
 
 def _place(parameter: Parameter, value: Any) -> float:
     if isinstance(parameter, Choices):
-        return float(parameter.labels.index(parameter.label_of(value)))
+        return float(parameter.labels.index(parameter.proposed_as(value)))
     return float(value)
 
 

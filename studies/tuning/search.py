@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import optuna
 from optuna.distributions import (
@@ -38,7 +38,7 @@ def proposal(study: TuneStudy, trials: Sequence[Trial]) -> Point:
     for trial in trials:
         search.add_trial(as_frozen(study, trial))
     asked = search.ask(distributions(study)).params
-    return {key: _value(one, asked[key]) for key, one in study.parameters.items()}
+    return {key: one.value_of(asked[key]) for key, one in study.parameters.items()}
 
 
 def distributions(study: TuneStudy) -> dict[str, BaseDistribution]:
@@ -60,7 +60,7 @@ def as_frozen(study: TuneStudy, trial: Trial) -> FrozenTrial:
     return create_trial(
         state=TrialState.PRUNED if objective is None else TrialState.COMPLETE,
         value=objective,
-        params={key: _label(one, trial.point[key]) for key, one in study.parameters.items()},
+        params={key: one.proposed_as(trial.point[key]) for key, one in study.parameters.items()},
         distributions=distributions(study),
         constraints=excess | ({_FAILED: 1.0} if trial.failure else {}),
     )
@@ -83,17 +83,6 @@ def _distribution(parameter: Parameter) -> BaseDistribution:
         return IntDistribution(int(parameter.low), int(parameter.high), parameter.log, step)
     low, high = float(parameter.low), float(parameter.high)
     return FloatDistribution(low, high, parameter.log, parameter.step)
-
-
-def _value(parameter: Parameter, asked: Any) -> Any:
-    if isinstance(parameter, Choices):
-        return parameter.choice_of(asked)
-    assert isinstance(parameter, Span)
-    return parameter.value_of(asked)
-
-
-def _label(parameter: Parameter, value: Any) -> Any:
-    return parameter.label_of(value) if isinstance(parameter, Choices) else value
 
 
 def _scaled(excess: float, limit: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from zenvoy.analysis.measures.figures import figures
-from zenvoy.scenarios import ScenarioError
+from zenvoy.scenarios import Scenario, ScenarioError
 from zenvoy.studies.sweeps.plan import Plan, Point
 from zenvoy.studies.sweeps.store import Store
 from zenvoy.studies.sweeps.sweep import make_missing
@@ -26,24 +26,21 @@ def tried(study: TuneStudy, number: int, point: Point, store: Store, jobs: int) 
     """
     try:
         plan = study.plan_at(point)
+        scenario = plan.cell(plan.cells[0], plan.seeds[0]).load().scenario
     except ScenarioError as error:
         why = "; ".join(str(error).splitlines())
         return Trial(number=number, point=point, figures={}, failure=why)
-    found, failure = _in_theory(study, plan)
+    found, failure = _in_theory(study, scenario)
     trial = Trial(number=number, point=point, figures=found, failure=failure)
     if failure is not None or trial.broken(study) or not study.measured:
         return trial
-    measured, failure = _measured(study, plan, store, jobs)
+    measured, failure = _measured(study, plan, scenario.cycles, store, jobs)
     return Trial(number=number, point=point, figures=found | measured, failure=failure)
 
 
-def _in_theory(study: TuneStudy, plan: Plan) -> tuple[Found, str | None]:
-    names = [name for name in study.figures if is_theoretical(name)]
-    if not names:
-        return {}, None
-    scenario = plan.cell(plan.cells[0], plan.seeds[0]).load().scenario
+def _in_theory(study: TuneStudy, scenario: Scenario) -> tuple[Found, str | None]:
     found: Found = {}
-    for name in names:
+    for name in filter(is_theoretical, study.figures):
         value = in_theory(name, scenario)
         if isinstance(value, str):
             return found, value
@@ -51,10 +48,12 @@ def _in_theory(study: TuneStudy, plan: Plan) -> tuple[Found, str | None]:
     return found, None
 
 
-def _measured(study: TuneStudy, plan: Plan, store: Store, jobs: int) -> tuple[Found, str | None]:
+def _measured(
+    study: TuneStudy, plan: Plan, cycles: int, store: Store, jobs: int
+) -> tuple[Found, str | None]:
+    """Return the figures of the runs, each of which has this many cycles unless it is stopped."""
     (cell,) = plan.cells
     failures = make_missing(plan, store, jobs, lambda _: None)
-    cycles = plan.cell(cell, plan.seeds[0]).load().scenario.cycles
     of_seeds: list[Mapping[str, float | None]] = []
     stopped: str | None = None
     for seed, key in zip(plan.seeds, cell.keys, strict=True):

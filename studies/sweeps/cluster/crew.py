@@ -71,7 +71,8 @@ class DaskCrew:
         ahead = iter(tasks)
         try:
             while True:
-                while len(flying) < self.most_in_flight and (task := next(ahead, None)):
+                most = self.most_in_flight  # the scheduler is asked for its workers
+                while len(flying) < most and (task := next(ahead, None)):
                     try:
                         packed = parcel_of(plan, task).packed()
                     except ScenarioError as error:
