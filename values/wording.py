@@ -18,6 +18,11 @@ def one_line(text: str, longest: int = _LONGEST_SOURCE) -> str:
     return text if len(text) <= longest else text[: longest - 1] + "…"
 
 
+def capitalized(text: str) -> str:
+    """Return a text with a capital letter at its start."""
+    return text[:1].upper() + text[1:]
+
+
 def dotted(path: Iterable[str | int]) -> str:
     """Return ("events", 0, "vehicle") as "events.0.vehicle"."""
     return ".".join(one_line(str(step), _LONGEST) for step in path)

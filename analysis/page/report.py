@@ -13,6 +13,7 @@ from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.section import Section
 from zenvoy.bus.log_metadata import versions_of
 from zenvoy.scenarios import Scenario, effective_yaml, roster
+from zenvoy.values.wording import capitalized
 
 _BUSES: Final = {
     "zenoh": "a process per vehicle, on Zenoh",
@@ -91,7 +92,7 @@ def simulated_s(run: Run) -> float:
 
 def sentence(note: str) -> str:
     """Return a note with a capital letter at its start and a full stop at its end."""
-    return note[:1].upper() + note[1:] + ("" if note.endswith((".", "!", "?")) else ".")
+    return capitalized(note) + ("" if note.endswith((".", "!", "?")) else ".")
 
 
 def _road(scenario: Scenario) -> str:

@@ -16,7 +16,8 @@ from zenvoy.analysis.page.section import Picture
 from zenvoy.analysis.page.style import CYCLE, SPEED_MAP, figure_legend, plain, subplots
 from zenvoy.studies.sweeps.plan import PlannedCell
 from zenvoy.studies.sweeps.results import Results, unit_of_axis
-from zenvoy.studies.sweeps.table import half, shown
+from zenvoy.studies.sweeps.table import half, shown, titled
+from zenvoy.values.wording import capitalized
 
 _MOST_LINES: Final = len(CYCLE)
 _MOST_NUMBERS: Final = 64  # cells of a heat map that are also written as numbers
@@ -45,17 +46,15 @@ def pictures(results: Results) -> list[Picture]:
             draw, what = _lined(results, measure, means)
         seeds = len(results.plan.seeds)
         over = "one seed" if seeds == 1 else f"{seeds} seeds"
-        caption = f"{_capital(MEASURES[measure].meaning)}: {what} {_capital(over)} for each cell."
+        caption = (
+            f"{capitalized(MEASURES[measure].meaning)}: {what} {capitalized(over)} for each cell."
+        )
         drawn.append(Picture(name=measure, caption=caption, draw=draw))
     return drawn
 
 
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
 def _title(name: str, unit: str) -> str:
-    return plain(f"{name}, {unit}" if unit else name)
+    return plain(titled(name, unit))
 
 
 def _title_of_measure(measure: str) -> str:

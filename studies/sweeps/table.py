@@ -123,9 +123,9 @@ def means(results: Results) -> Sheet:
             mean = of_cells.get(cell.number)
             cells += [None, None] if mean is None else [mean.mean, half(mean)]
         rows.append(tuple(cells))
-    titles = [_titled(name, MEASURES[name].unit) for name in results.measures]
-    spreads = [_titled("± 95 %", MEASURES[name].unit) for name in results.measures]
-    axes = [_titled(key, unit_of_axis(key)) for key in results.plan.study.axes]
+    titles = [titled(name, MEASURES[name].unit) for name in results.measures]
+    spreads = [titled("± 95 %", MEASURES[name].unit) for name in results.measures]
+    axes = [titled(key, unit_of_axis(key)) for key in results.plan.study.axes]
     pairs = [title for pair in zip(titles, spreads, strict=True) for title in pair]
     return Sheet(
         name="means",
@@ -148,7 +148,8 @@ def shown(value: Any) -> str | int | float:
     return value
 
 
-def _titled(name: str, unit: str) -> str:
+def titled(name: str, unit: str) -> str:
+    """Return a name with its unit."""
     return f"{name}, {unit}" if unit else name
 
 

@@ -21,11 +21,12 @@ from zenvoy.analysis.page.style import (
     whole_numbers,
 )
 from zenvoy.studies.sweeps.results import unit_of_axis
-from zenvoy.studies.sweeps.table import shown
+from zenvoy.studies.sweeps.table import shown, titled
 from zenvoy.studies.tuning.figures import FIGURES
 from zenvoy.studies.tuning.parameters import Choices, Parameter, Span
 from zenvoy.studies.tuning.study import TuneStudy
 from zenvoy.studies.tuning.trial import Trial, best_of
+from zenvoy.values.wording import capitalized
 
 _PANELS: Final = 3  # in a row
 _FEASIBLE: Final = CYCLE[0]
@@ -61,21 +62,17 @@ def pictures(study: TuneStudy, trials: Sequence[Trial]) -> list[Picture]:
     return [
         Picture(
             name="search",
-            caption=f"{_capital(what)} over the trials, means over {over}. The line is the best"
+            caption=f"{capitalized(what)} over the trials, means over {over}. The line is the best"
             f" feasible value so far.{crosses}{ticks}",
             draw=partial(_draw_search, study, trials),
         ),
         Picture(
             name="parameters",
-            caption=f"{_capital(what)} over each parameter, a point for each trial. The ring is"
+            caption=f"{capitalized(what)} over each parameter, a point for each trial. The ring is"
             f" the best one.{crosses}{ticks}",
             draw=partial(_draw_parameters, study, trials),
         ),
     ]
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _kinds(study: TuneStudy, trials: Sequence[Trial]) -> _Kinds:
@@ -169,8 +166,7 @@ def _draw_parameters(study: TuneStudy, trials: Sequence[Trial]) -> Figure:
         if best is not None:
             at, value = _place(parameter, best.point[key]), best.objective(study)
             axis.plot([at], [value], "o", ms=10, mfc="none", mec=_BEST, mew=1.5, label="best")
-        unit = unit_of_axis(key)
-        axis.set_xlabel(plain(f"{key}, {unit}" if unit else key))
+        axis.set_xlabel(plain(titled(key, unit_of_axis(key))))
     for axis in list(axes.flat)[len(study.parameters) :]:
         axis.remove()
     for row in axes[:, 0]:
@@ -205,4 +201,4 @@ def _place(parameter: Parameter, value: Any) -> float:
 
 def _title(study: TuneStudy) -> str:
     measure = FIGURES[study.figure]
-    return plain(f"{measure.meaning}, {measure.unit}" if measure.unit else measure.meaning)
+    return plain(titled(measure.meaning, measure.unit))

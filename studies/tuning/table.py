@@ -8,7 +8,7 @@ import pyarrow as pa
 
 from zenvoy.analysis.page.section import Cell, Sheet
 from zenvoy.studies.sweeps.results import unit_of_axis
-from zenvoy.studies.sweeps.table import column_of, number_column, shown, with_units
+from zenvoy.studies.sweeps.table import column_of, number_column, shown, titled, with_units
 from zenvoy.studies.tuning.figures import FIGURES
 from zenvoy.studies.tuning.study import Constraint, TuneStudy
 from zenvoy.studies.tuning.trial import Trial, ranked
@@ -67,7 +67,7 @@ def best_sheet(study: TuneStudy, trials: Sequence[Trial], most: int) -> Sheet:
     return Sheet(
         name="best",
         title="The best trials.",
-        columns=("trial", *(f"{name}, {unit}" if unit else name for name, unit in named)),
+        columns=("trial", *(titled(name, unit) for name, unit in named)),
         rows=tuple(
             (
                 trial.number,
