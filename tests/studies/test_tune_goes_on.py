@@ -11,7 +11,7 @@ import pytest
 
 from tests.conftest import command, wait_until, zenvoy
 from tests.studies.conftest import GAP, contents, rows_of
-from zenvoy.scenarios import ScenarioError
+from zenvoy.scenarios import ScenarioError, load
 from zenvoy.studies.tuning.folder import held
 from zenvoy.studies.tuning.tune import run_tune
 
@@ -68,6 +68,30 @@ def test_more_trials_continue_a_search(tuned: Path, tmp_path: Path) -> None:
     outcome = zenvoy(tmp_path, "tune", "gap.yaml", "--out", "out")
     assert outcome.out.startswith("4 trials × 2 seeds, 0 to do\n")
     assert rows_of(tmp_path / "out") == rows_of(tuned / "out")[:4]
+
+
+def test_choices_may_be_lists_and_mappings(tmp_path: Path) -> None:
+    """They are the same after a stop, and in the scenario of the best trial."""
+    brake = {"vehicle": 2, "at_s": 0.1, "duration_s": 0.1, "deceleration_mps2": 3}
+    keys = {
+        "scenario": "quickstart",
+        "settings": {"fleet.size": 4},
+        "duration_s": 0.3,
+        "parameters": {
+            "channel.loss": {"choices": [{"p": 0.1}, {"p": 0.5}]},
+            "events": {"choices": [[], [brake]]},
+        },
+        "minimize": "gap.measured.rmse",
+    }
+    for out, trials in (("a", 2), ("a", 4), ("b", 4)):
+        done = run_tune(
+            {**keys, "trials": trials}, out=tmp_path / out, jobs=1, on_line=print, command="c"
+        )
+    assert rows_of(tmp_path / "a") == rows_of(tmp_path / "b")
+    assert done.best is not None
+    best = load(tmp_path / "a" / "best.yaml").scenario
+    assert {"p": best.channel.loss.p} == done.best.point["channel.loss"]
+    assert len(best.events) == len(done.best.point["events"])
 
 
 def test_a_trial_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
