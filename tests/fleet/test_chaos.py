@@ -7,7 +7,10 @@ from typing import Final
 
 import pytest
 
-from tests.chaos import Case, Found, all_kinds, expected_of, table, try_case
+from tests.chaos.cases import Case, all_kinds
+from tests.chaos.ends import expected_of
+from tests.chaos.found import Found, table
+from tests.chaos.trial import try_case
 
 # One of each victim and signal, over all kinds of runs and moments. A stall takes its limit.
 SAMPLE: Final = [

@@ -1,0 +1,98 @@
+"""A strike waits for the moment of a case and sends the signal. Stopped processes go on later."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import zenoh
+
+from tests.chaos.cases import CYCLES, PAUSE_S, STALL_LIMIT_S, Case
+from tests.conftest import Command
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.session import open_session
+from zenvoy.bus.topics import CLOCK
+from zenvoy.fleet.guests import read_endpoints
+
+
+class Watcher:
+    """Receives the clock of a run, as any observer may."""
+
+    def __init__(self) -> None:
+        self.newest = pb.Clock()
+        self.changed = threading.Condition()
+
+    def hear(self, sample: zenoh.Sample) -> None:
+        """Keep the newest clock message."""
+        with self.changed:
+            self.newest = pb.Clock.FromString(sample.payload.to_bytes())
+            self.changed.notify_all()
+
+    def wait_for(self, cycle: int, limit_s: float) -> bool:
+        """Return whether the run reaches a cycle within the limit."""
+        with self.changed:
+            return self.changed.wait_for(lambda: self.newest.cycle >= cycle, limit_s)
+
+
+@contextmanager
+def watching(out: Path) -> Iterator[Watcher]:
+    """Watch the clock of the run in a folder."""
+    watcher = Watcher()
+    met = read_endpoints(out)
+    with open_session([], met.world[:1], realtime=True) as session:
+        session.declare_subscriber(CLOCK.key(met.run), watcher.hear)
+        yield watcher
+
+
+def strike(started: Command, case: Case, out: Path) -> pb.Clock:
+    """Wait for the moment, hit, and return the newest clock message by then."""
+    if case.moment == "start":
+        first = "world" if case.victim == "command" else case.process
+        started.wait_for_children({first})
+        # The sleep waits for nothing: it spreads the signals over the start of the fleet.
+        # No assertion depends on the progress of the start at the signal.
+        time.sleep(0.3 * case.at)
+        if case.victim == "command":  # it may be gone at once, and its children have other parents
+            started.wait_for_children(set())
+        _hit(started, case)
+        if case.victim != "command":
+            started.wait_for_children(set())
+        return pb.Clock()
+    started.wait_for_children(case.others)
+    with watching(out) as watcher:
+        cycles = CYCLES[case.mode]
+        most = 0.35 if case.mode == "realtime" else 0.8  # so a stall limit passes before the end
+        share = (0.02 + most * case.at) if case.moment == "middle" else 1.0
+        watcher.wait_for(max(1, round(share * cycles) - (case.moment == "last")), 60.0)
+        _hit(started, case)
+        return watcher.newest
+
+
+def _hit(started: Command, case: Case) -> None:
+    number = signal.Signals[f"SIG{case.blow.split()[0]}"]
+    if case.victim == "command":
+        started.send(number)
+        return
+    try:
+        started.send_to_child(case.process, number)
+    except ProcessLookupError:  # it has finished
+        return
+
+
+def go_on_later(started: Command, case: Case) -> None:
+    """Let a stopped process go on, if the case says so."""
+    if case.victim == "command":
+        # The pause is the fault that the case injects. Nothing waits for a result in it.
+        time.sleep(PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0)
+        started.send(signal.SIGCONT)
+    elif case.blow == "STOP 3 s":
+        # The pause is the fault that the case injects. Nothing waits for a result in it.
+        time.sleep(PAUSE_S)
+        try:
+            started.send_to_child(case.process, signal.SIGCONT)
+        except ProcessLookupError:
+            return

@@ -1,0 +1,124 @@
+"""Wrong laws and wrong parameters are refused, and a law that fails in a run is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import zenvoy
+from tests.idm import IDM
+from zenvoy.analysis.log.load import load
+
+
+def refusal(folder: Path, control: str) -> str:
+    (folder / "s.yaml").write_text(f"control: {{{control}}}")
+    outcome = zenvoy(folder, "check", "s.yaml")
+    assert outcome.code == 2
+    return outcome.err.strip()
+
+
+@pytest.mark.parametrize(
+    ("control", "message"),
+    [
+        (
+            'model: "none:here"',
+            "control.model: 'none:here': there is no none.py beside it, and no installed package "
+            "has a module none  (s.yaml, line 1)",
+        ),
+        ('model: "idm:smit"', "control.model: 'idm:smit': idm.py has no smit; allowed: smith"),
+        (
+            'model: "idm:idm"',
+            "control.model: 'idm:idm': idm.py has a value that is not of type Law, idm;",
+        ),
+        ('model: "os:path"', "control.model: 'os:path': there is no os.py beside it"),
+        (
+            'model: "../out.py:x"',
+            "control.model: '../out.py:x': its file is not beside the scenario; --allow-code",
+        ),
+        ('model: "bad:x"', "control.model: 'bad:x': bad.py cannot be run: SyntaxError"),
+        (
+            'model: "idm:smith", parameters: {headway: 1}',
+            "control.parameters.headway: unknown key; did you mean 'headway_s'? allowed: "
+            "headway_s, a, b, s0  (s.yaml, line 1)",
+        ),
+        (
+            'model: "idm:smith", parameters: {a: fast}',
+            "control.parameters.a: 'fast' is not a number  (s.yaml, line 1)",
+        ),
+        (
+            'model: "idm:smith", parameters: {a: .inf}',
+            "control.parameters.a: inf is not a finite number  (s.yaml, line 1)",
+        ),
+        ('model: "idm:smith", parameters: 3', "control.parameters: 3 is not a mapping"),
+        ("model: FM, parameters: {a: 1}", "control.parameters: given, but FM has no parameters"),
+        (
+            "model: MBCM, parameters: {a: 1}",
+            "control.parameters: given, but MBCM has its parameters in control.multi_node",
+        ),
+        ("model: PBMC", "control.model: 'PBMC' is not one of FM, BCM, MBCM, PBCM, CACC"),
+    ],
+)
+def test_a_wrong_law_or_parameter_is_refused_with_a_message(
+    laws: Path, control: str, message: str
+) -> None:
+    (laws.parent / "out.py").write_text(IDM)
+    (laws / "bad.py").write_text("def x(:")
+    assert refusal(laws, control).startswith(message)
+
+
+BROKEN = """
+from zenvoy.laws import Law
+
+
+def raises(seen, p):
+    if seen.speed < 32.0:
+        return 1.0 / 0.0
+    return -1.0
+
+
+def text(seen, p):
+    return "fast"
+
+
+def undeclared(seen, p):
+    return seen.behind.p
+
+
+def hangs(seen, p):
+    while True:
+        pass
+
+
+raising, texting, undeclaring, hanging = (
+    Law(name=f.__name__, acceleration=f) for f in (raises, text, undeclared, hangs)
+)
+"""
+
+
+@pytest.mark.parametrize("bus", ["in-process", "zenoh"])
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("raising", "law raises raised ZeroDivisionError: float division by zero (bad.py, line 7)"),
+        ("texting", "law text returned 'fast', which is no acceleration (bad.py, line 11)"),
+        ("undeclaring", "law undeclared returned nan, which is no acceleration (bad.py, line 15)"),
+        ("hanging", "law hangs raised TimeoutError: took longer than 2 s (bad.py, line 20)"),
+    ],
+)
+def test_a_law_that_fails_is_named_with_its_line(
+    tmp_path: Path, law: str, message: str, bus: str
+) -> None:
+    (tmp_path / "bad.py").write_text(BROKEN)
+    (tmp_path / "s.yaml").write_text(f"""
+duration_s: 20
+stall_limit_s: 2
+fleet: {{size: 3, speed_mps: 33}}
+control: {{model: "bad:{law}", desired_speed_mps: 33}}
+""")
+    outcome = zenvoy(tmp_path, "run", "s.yaml", "--bus", bus, "--out", "out")
+    assert outcome.code == 3
+    first = outcome.err.splitlines()[0]
+    assert first.startswith("vehicle-0")
+    assert first.partition(" died: ")[2] == message
+    assert load(tmp_path / "out" / "run.mcap").result["end"] != "complete"
