@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.arrays import read_frames
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.measures.fallbacks import fallbacks
+from zenvoy.analysis.measures.following import following
 from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper, row_at
 from zenvoy.analysis.measures.links import arrived
 from zenvoy.analysis.measures.metrics import Accuracy, accuracy, max_distance, min_distance
@@ -39,6 +40,7 @@ def summary_of(run: Run) -> Summary:
     summary = _result(run)
     if run.truth:
         summary |= _distances(run)
+        summary |= following(run)
         summary |= _agreement(run)
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = fallbacks(run.events, run.scenario)

@@ -24,7 +24,7 @@ _PREFIX: Final = "zenvoy-sweep-"
 
 # The columns from which the summary and the time series of a run are computed.
 _WANTED: Final[Mapping[str, Sequence[str]]] = {
-    TRUTH.log_name: ("position", "speed"),
+    TRUTH.log_name: ("position", "speed", "acceleration"),
     RADAR.log_name: ("speed", "gap"),
     ESTIMATE.log_name: ("speed", "ahead_gap"),
 }
