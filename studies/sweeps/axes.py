@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from zenvoy.keyed_random.draws import Purpose, normals, uniforms
+from zenvoy.studies.sweeps.settings import setting_of
 from zenvoy.values.section import LARGEST, Positive, Section
 
 _DIGITS: Final = 6  # significant digits of a drawn value: it can be read, and typed again
@@ -43,6 +44,14 @@ class Axis(Section):
     def values_of(self, key: str) -> list[Any]:
         """Return the values that the setting `key` takes, in order."""
 
+    def keys(self, key: str) -> tuple[str, ...]:
+        """Return the settings of the scenario that the axis `key` varies."""
+        return (key,)
+
+    def settings_of(self, key: str, value: Any) -> tuple[str, ...]:
+        """Return the settings that a value of the axis `key` stands for, as KEY=VALUE."""
+        return (setting_of(key, value),)
+
 
 class Listed(Axis):
     """An axis with listed values."""
@@ -57,6 +66,32 @@ class Listed(Axis):
     def values_of(self, key: str) -> list[Any]:
         """See Axis."""
         return list(self.values)
+
+
+class Variants(Axis):
+    """An axis with names as values, each of which stands for any number of settings."""
+
+    variants: Annotated[
+        dict[str, dict[str, Any]],
+        Field(min_length=1, description="a mapping of names to mappings of settings"),
+    ]
+
+    @property
+    def size(self) -> int:
+        """See Axis."""
+        return len(self.variants)
+
+    def values_of(self, key: str) -> list[Any]:
+        """See Axis."""
+        return list(self.variants)
+
+    def keys(self, key: str) -> tuple[str, ...]:
+        """See Axis."""
+        return tuple(dict.fromkeys(name for of_one in self.variants.values() for name in of_one))
+
+    def settings_of(self, key: str, value: Any) -> tuple[str, ...]:
+        """See Axis."""
+        return tuple(setting_of(name, one) for name, one in self.variants[value].items())
 
 
 class Range(Axis):

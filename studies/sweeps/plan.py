@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Final
@@ -106,14 +106,15 @@ def plan_of(study: StudyFile, *, allow_code: bool = False) -> Plan:
     problems: dict[str, Problem] = {}
     bad = 0
     for number, point in enumerate(points_of(study.axes), start=1):
-        settings = (*study.settings, *(setting_of(key, value) for key, value in point.items()))
+        causes = {key: study.axes[key].settings_of(key, value) for key, value in point.items()}
+        settings = (*study.settings, *(one for of_axis in causes.values() for one in of_axis))
         try:
             scenario = _cell(study, settings, seeds[0], allow_code).load().scenario
             _require_lock_step(scenario.clock, study)
             engine = _engine(scenario, study)
         except ScenarioError as error:
             bad += 1
-            for problem in (_placed(one, study) for one in error.problems):
+            for problem in (_placed(one, study, causes) for one in error.problems):
                 problems.setdefault(f"{problem.key}: {problem.text}", problem)
             if bad >= _MOST_BAD_CELLS or len(problems) >= MOST_PROBLEMS:
                 break
@@ -161,16 +162,20 @@ def _engine(scenario: Scenario, study: StudyFile) -> Engine:
         ) from None
 
 
-def _placed(problem: Problem, study: StudyFile) -> Problem:
-    """Return a problem at the axis or the setting of the study that causes it, if one does."""
+def _placed(problem: Problem, study: StudyFile, of_axes: Mapping[str, Sequence[str]]) -> Problem:
+    """Return a problem at the axis or the setting of the study that causes it, if one does.
+
+    `of_axes` has the settings of the cell by axis.
+    """
     if problem.place is None:
         return replace(problem, key="scenario", place=study.places["scenario"])
     if problem.place in study.places.values():
         return problem
     source, places = problem.place.source, study.places
-    causes = [key for key in study.axes if source.startswith(f"--set {key}=")]
-    for key in study.axes:
-        if any(_related(key, other) for other in (problem.key, *problem.related)):
+    causes = [key for key, settings in of_axes.items() if source.removeprefix("--set ") in settings]
+    for key, axis in study.axes.items():
+        others = (problem.key, *problem.related)
+        if any(_related(name, other) for name in axis.keys(key) for other in others):
             causes.append(key)
     if not causes and source.startswith("--set "):
         causes = ["settings"]

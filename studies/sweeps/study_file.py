@@ -16,7 +16,7 @@ from zenvoy.scenarios.reading.origin import from_here
 from zenvoy.scenarios.reading.source import parse
 from zenvoy.scenarios.reading.tree import Node
 from zenvoy.studies.sweeps.axes import Axis
-from zenvoy.studies.sweeps.axes_reading import axes_of
+from zenvoy.studies.sweeps.axes_reading import axes_of, varied
 from zenvoy.studies.sweeps.checking import checked, entries, repeated, wrong_names
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
 from zenvoy.studies.sweeps.settings import as_settings, settings_problems
@@ -126,7 +126,7 @@ def _study(found: Written) -> StudyFile:
     if keys is not None:
         problems += wrong_names("measures", keys.measures or (), MEASURES, root)
         problems += wrong_names("series", keys.series, SERIES, root)
-        problems += run_problems(keys, axes, "an axis", root)
+        problems += run_problems(keys, varied(axes), "an axis", root)
     if keys is None or problems:
         raise BadStudyError(problems)
     return study_file(

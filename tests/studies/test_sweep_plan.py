@@ -205,8 +205,8 @@ BAD = {
     "scenario: quickstart\naxes:\n  channel.loss.p: [0, 0]\n": "axes.channel.loss.p.values.1: 0 is "
     "given twice; allowed: once  (study.yaml, line 3)",
     "scenario: quickstart\naxes:\n  channel.loss.p: 0.3\n": "axes.channel.loss.p: 0.3 is not an "
-    "axis; allowed: values, or from, to and steps, or distribution and samples  (study.yaml, "
-    "line 3)",
+    "axis; allowed: values, or from, to and steps, or distribution and samples, or variants  "
+    "(study.yaml, line 3)",
     "scenario: quickstart\naxes:\n  channel.loss.p: {from: 0, to: 1}\n": "axes.channel.loss.p.steps"
     ": missing; allowed: a whole number of at least 2  (study.yaml, line 3)",
     "scenario: quickstart\naxes:\n  channel.loss.p: {from: 0, to: 1, stps: 3}\n": "did you mean "
@@ -266,7 +266,9 @@ def test_all_problems_are_reported_at_once(tmp_path: Path) -> None:
         | st.text(max_size=5),
         lambda inner: (
             st.lists(inner, max_size=3)
-            | st.dictionaries(st.sampled_from(["values", "from", "to", "steps", "x"]), inner)
+            | st.dictionaries(
+                st.sampled_from(["values", "variants", "from", "to", "steps", "x"]), inner
+            )
         ),
         max_leaves=6,
     ),
