@@ -53,6 +53,7 @@ def is_sane(beacon: pb.Beacon) -> bool:
     """Whether all of a beacon's numbers are finite."""
     ahead = beacon.ahead
     motion = beacon.acceleration + beacon.speed + beacon.position + ahead.gap + ahead.speed
+    motion += beacon.commanded_acceleration
     return isfinite(motion + sum(beacon.planned_acceleration))
 
 

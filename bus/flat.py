@@ -48,6 +48,12 @@ class FlatEncoder:
         self.encode = _compiled(numbers)
 
 
+def alone(descriptor: Descriptor, name: str) -> FlatEncoder:
+    """Return an encoder of one field, to be appended to a serialized message."""
+    others = tuple(field.name for field in descriptor.fields if field.name != name)
+    return FlatEncoder(descriptor, leave_out=others)
+
+
 class ColumnEncoder:
     """Encoder of a repeated field of one message type, for a few numbers of fixed width.
 

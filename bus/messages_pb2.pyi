@@ -240,6 +240,7 @@ class Beacon(_message.Message):
     PLANNED_FROM_NS_FIELD_NUMBER: _builtins.int
     PLANNED_ACCELERATION_FIELD_NUMBER: _builtins.int
     SILENT_FIELD_NUMBER: _builtins.int
+    COMMANDED_ACCELERATION_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     """when its readings were taken"""
@@ -251,6 +252,8 @@ class Beacon(_message.Message):
     """mean over the period that ends at time_ns"""
     silent: _builtins.bool
     """Nothing goes on the air in this cycle: tells the channel, which waits for all, not to wait."""
+    commanded_acceleration: _builtins.float
+    """Its newest command, m/s²; absent unless a law of the fleet needs the commands of others."""
     @_builtins.property
     def ahead(self) -> Global___Link:
         """its radar reading"""
@@ -275,12 +278,15 @@ class Beacon(_message.Message):
         planned_from_ns: _abc.Iterable[_builtins.int] | None = ...,
         planned_acceleration: _abc.Iterable[_builtins.float] | None = ...,
         silent: _builtins.bool = ...,
+        commanded_acceleration: _builtins.float | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["ahead", b"ahead"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["acceleration", b"acceleration", "ahead", b"ahead", "cycle", b"cycle", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "silent", b"silent", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "acceleration", b"acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration", "cycle", b"cycle", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "silent", b"silent", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
+    _WhichOneofReturnType__commanded_acceleration: _TypeAlias = _typing.Literal["commanded_acceleration"]  # noqa: Y015
+    _WhichOneofArgType__commanded_acceleration: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__commanded_acceleration) -> _WhichOneofReturnType__commanded_acceleration | None: ...
 
 Global___Beacon: _TypeAlias = Beacon  # noqa: Y015
 

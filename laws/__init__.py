@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from zenvoy.laws.arithmetic import clipped, larger, root, smaller, where
+from zenvoy.laws.arithmetic import clipped, known, larger, root, smaller, where
 from zenvoy.laws.estimator import Estimator, LinearModel, Tracker
 from zenvoy.laws.law import (
     Column,
@@ -35,6 +35,7 @@ __all__ = [
     "builtin",
     "clipped",
     "find",
+    "known",
     "larger",
     "law_of",
     "parameters_from",

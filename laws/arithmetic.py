@@ -23,6 +23,13 @@ def where(condition: Number, chosen: Number, otherwise: Number) -> Number:
     return chosen if condition else otherwise
 
 
+def known(value: Number) -> Number:
+    """Return whether a value is a number; it is NaN where a report is missing."""
+    if isinstance(value, np.ndarray):
+        return ~np.isnan(value)
+    return not math.isnan(value)
+
+
 def smaller(a: Number, b: Number) -> Number:
     """Return the smaller of both; NaN if one of them is NaN."""
     if isinstance(a, _SCALARS) and isinstance(b, _SCALARS):

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
-from zenvoy.laws.relative import Motion, Number, Relative
+from zenvoy.laws.relative import NAN, Motion, Number, Relative
 
-NAN: Final = float("nan")
 UNKNOWN: Final = Relative(NAN, NAN)
 SILENT: Final = Motion(NAN, NAN)
 
@@ -30,12 +29,14 @@ class Setpoint(NamedTuple):
 class Observation(NamedTuple):
     """The input of a law for one decision.
 
-    speed: own speed, m/s. ahead, behind: states of the links to the vehicle ahead and to the one
-    behind. sides: for j = 1..m, the states to the j-th vehicle ahead and to the j-th behind, each
-    over the whole distance. predecessor, leader: what the vehicle ahead and the leader of the
-    platoon report of themselves. state: what the law returned as its state at the decision before.
-    period_s: the time from one decision to the next, s. uniform: `uniform(k)` is the k-th random
-    number in [0, 1) of this vehicle and cycle; it depends on the seed and on nothing else.
+    speed: own speed, m/s. acceleration: the own acceleration, m/s², as a mean over the period
+    before the start of the cycle. length_m: length of every vehicle, m. ahead, behind: states of
+    the links to the vehicle ahead and to the one behind. sides: for j = 1..m, the states to the
+    j-th vehicle ahead and to the j-th behind, each over the whole distance. predecessor, leader:
+    what the vehicle ahead and the leader of the platoon report of themselves. state: what the law
+    returned as its state at the decision before. period_s: the time from one decision to the next,
+    s. uniform: `uniform(k)` is the k-th random number in [0, 1) of this vehicle and cycle; it
+    depends on the seed and on nothing else.
 
     Only what the law declares in `needs` is filled in; everything else is NaN or empty.
     """
@@ -50,6 +51,8 @@ class Observation(NamedTuple):
     state: tuple[Number, ...] = ()
     period_s: float = NAN
     uniform: Callable[[int], Number] = lambda _: NAN
+    acceleration: Number = NAN
+    length_m: float = NAN
 
 
 class Output(NamedTuple):
@@ -69,8 +72,10 @@ class Needs:
 
     behind: the link to the vehicle behind, which is known only by V2V. sides: the number of
     vehicles on each side, or the name of the parameter that holds it. predecessor, leader: the
-    motion that these report. prediction: filters estimate links and own speed, and predict them to
-    the instant at which the command takes effect. The link ahead is always available.
+    motion that these report. commands: these reports hold their newest commands, too.
+    tolerates_silence: where a report is missing, its motion is NaN, and the law goes on.
+    prediction: filters estimate links and own speed, and predict them to the instant at which the
+    command takes effect. The link ahead is always available.
     """
 
     behind: bool = False
@@ -78,6 +83,8 @@ class Needs:
     predecessor: bool = False
     leader: bool = False
     prediction: bool = False
+    commands: bool = False
+    tolerates_silence: bool = False
 
 
 class Linear(NamedTuple):

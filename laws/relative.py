@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
+
+NAN: Final = float("nan")
 
 Number = Any
 """A float, or an array of floats (seeds, vehicles); a law accepts both."""
@@ -16,7 +18,15 @@ class Relative(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Speed (m/s) and acceleration (m/s²) of another vehicle, as its beacon reports them."""
+    """The motion that another vehicle reports in its newest beacon.
+
+    v, a: its speed (m/s) and acceleration (m/s²). distance: its position minus the own position at
+    the start of the cycle, m. age_s: age of its readings at the start of the cycle, s. command: its
+    newest command, m/s²; NaN unless the law needs commands.
+    """
 
     v: Number
     a: Number
+    distance: Number = NAN
+    age_s: Number = NAN
+    command: Number = NAN

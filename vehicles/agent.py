@@ -15,11 +15,11 @@ from zenvoy.laws import Setpoint
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.beaconing import beaconing
-from zenvoy.vehicles.control import FOLLOWING, controllers
+from zenvoy.vehicles.control import FOLLOWING, controllers, reports_commands
 from zenvoy.vehicles.decision import Aim, Controller, Position, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.memory import Memory
-from zenvoy.vehicles.messages import Instants, beacon, command, silence
+from zenvoy.vehicles.messages import Instants, beacon, command, reported, silence
 from zenvoy.vehicles.neighbours import neighbours
 
 
@@ -43,6 +43,7 @@ class Vehicle:
         if not self._targets.change:
             self._constant = self._aim_at(0)
         self._beacons = settings.beacons
+        self._reports_commands = reports_commands(scenario)
         self._beaconing = beaconing(scenario, vehicle)
         self._estimates = any(one.law.needs.prediction for one in every)
         self._counts_neighbours = any(one.law.needs.sides for one in every)
@@ -92,9 +93,10 @@ class Vehicle:
         """Beacon: the readings, and what the vehicle expects of itself."""
         plan = self._known.sense(sense)
         sequence = self._beaconing.next(sense) if self._beacons else None
-        return (
-            silence(sense) if sequence is None else beacon(sense, self._known.radar, sequence, plan)
-        )
+        if sequence is None:
+            return silence(sense)
+        sent = beacon(sense, self._known.radar, sequence, plan)
+        return sent + reported(self._known.newest_command) if self._reports_commands else sent
 
     def _decide(self, now_ns: int) -> bytes:
         """Command for the instant at which it takes effect, and what it was based on."""
@@ -147,9 +149,12 @@ class Vehicle:
             m = controller.law.sides(controller.parameters)
             view = view._replace(sides=known.sides(now_ns)[:m])
         if needs.predecessor and self._neighbours.ahead:
-            view = view._replace(predecessor=known.radio.motion_of(self._neighbours.ahead[0]))
-        if needs.leader:
-            view = view._replace(leader=known.radio.motion_of(self._neighbours.leader))
+            other, seam_m = self._neighbours.ahead[0], self._neighbours.seam_ahead[0]
+            motion = known.motion_of(other, seam_m, commands=needs.commands)
+            view = view._replace(predecessor=motion)
+        if needs.leader:  # it has a lower number, so no seam lies in between
+            motion = known.motion_of(self._neighbours.leader, 0.0, commands=needs.commands)
+            view = view._replace(leader=motion)
         return view
 
     def _uniform(self, cycle: int, number: int) -> float:

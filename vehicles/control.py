@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 from zenvoy.laws import NoParameters, builtin, law_of
-from zenvoy.scenarios import Scenario, Settings, modes, parameters_of
+from zenvoy.scenarios import Scenario, Settings, modes, parameters_of, roster
 from zenvoy.vehicles.decision import Controller
 
 FOLLOWING: Final = Controller(law_of("FM"), NoParameters(), law_of("FM").mode or 0)
+
+
+@lru_cache(maxsize=4)
+def reports_commands(scenario: Scenario) -> bool:
+    """Return whether beacons hold commands, because a law of the fleet needs them."""
+    models = {model for settings in roster(scenario) for model in settings.models}
+    return any(law_of(model).needs.commands for model in models)
 
 
 def controllers(scenario: Scenario, settings: Settings) -> list[tuple[int, Controller]]:

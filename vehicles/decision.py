@@ -12,6 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import (
     Law,
     Motion,
+    Needs,
     Observation,
     Output,
     Relative,
@@ -22,6 +23,7 @@ from zenvoy.laws import (
 )
 from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT
+from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Limits
 from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.time_limit import time_limit
@@ -43,7 +45,8 @@ class View(NamedTuple):
     radar: the own one's reading; ahead, behind: states of both links, by radar or by positions;
     speed: the own one, m/s. sides: the states to the j-th vehicle ahead and behind, j = 1..m, as
     far as the chain reaches on both sides. predecessor, leader: what the vehicle ahead and the
-    leader of the platoon report of themselves.
+    leader of the platoon report of themselves. acceleration: the own one, m/s². length_m: of every
+    vehicle, m.
     """
 
     radar: Relative | None
@@ -53,6 +56,8 @@ class View(NamedTuple):
     sides: tuple[tuple[Relative, Relative], ...] = ()
     predecessor: Motion | None = None
     leader: Motion | None = None
+    acceleration: float = NAN
+    length_m: float = NAN
 
 
 class Predicted(NamedTuple):
@@ -131,7 +136,11 @@ def decide(
     if observation is None:
         return _follow(read.radar, read.speed, aim, pb.MODE_FALLBACK_FM)
     observation = observation._replace(
-        state=law.state if state is None else state, period_s=period_s, uniform=uniform
+        state=law.state if state is None else state,
+        period_s=period_s,
+        uniform=uniform,
+        acceleration=read.acceleration,
+        length_m=read.length_m,
     )
     output = applied(controller, observation)
     return Decision(
@@ -184,19 +193,16 @@ def _observed(
             return None
         observation = observation._replace(sides=read.sides)
     if needs.predecessor or needs.leader:
-        return _with_reports(observation, needs.predecessor, needs.leader, read)
+        return _with_reports(observation, needs, read)
     return observation
 
 
-def _with_reports(
-    observation: Observation, predecessor: bool, leader: bool, read: View
-) -> Observation | None:
-    if (predecessor and read.predecessor is None) or (leader and read.leader is None):
+def _with_reports(observation: Observation, needs: Needs, read: View) -> Observation | None:
+    predecessor = read.predecessor if needs.predecessor else SILENT
+    leader = read.leader if needs.leader else SILENT
+    if (predecessor is None or leader is None) and not needs.tolerates_silence:
         return None
-    return observation._replace(
-        predecessor=(read.predecessor if predecessor else None) or SILENT,
-        leader=(read.leader if leader else None) or SILENT,
-    )
+    return observation._replace(predecessor=predecessor or SILENT, leader=leader or SILENT)
 
 
 def applied(controller: Controller, observation: Observation) -> Output:

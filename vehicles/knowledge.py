@@ -8,6 +8,7 @@ from copy import copy
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.laws import Motion as LawMotion
 from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.commanded import commanded
@@ -49,6 +50,9 @@ class Knowledge:
         self._sense = pb.Sense()
         self.radar: Relative | None = None
         self._past: dict[int, pb.Sense] = {}  # own readings by time, where positions are compared
+        self._length_m = scenario.fleet.length_m
+        self.newest_command = 0.0
+        """The newest command, or the reading where it contradicts the commands, m/s²."""
         self._set_up_estimates(scenario)
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
@@ -94,6 +98,7 @@ class Knowledge:
         reading = sense.acceleration
         if abs(reading - self._commanded.mean(start_ns, time_ns)) > CONTRADICTS:
             plan = [time_ns], [reading]
+            self.newest_command = reading
             self._commanded.restart(time_ns, reading)
         else:
             plan = self._commanded.steps_from(time_ns)
@@ -124,6 +129,7 @@ class Knowledge:
     def command(self, effective_ns: int, acceleration: float) -> None:
         """Remember a command on its way."""
         self._commanded.command(effective_ns, acceleration)
+        self.newest_command = acceleration
 
     def read(self, now_ns: int) -> View:
         """The newest readings, as they are; what is older than the age limit is missing."""
@@ -133,7 +139,22 @@ class Knowledge:
             link_ahead, link_behind = next(iter(ahead), None), next(iter(behind), None)
         else:
             link_ahead, link_behind = radar, self.radio.radar_of(self._behind_id)
-        return View(radar, link_ahead, link_behind, self._sense.speed)
+        sense = self._sense
+        return View(
+            radar,
+            link_ahead,
+            link_behind,
+            sense.speed,
+            acceleration=sense.acceleration,
+            length_m=self._length_m,
+        )
+
+    def motion_of(self, other: int, seam_m: float, *, commands: bool) -> LawMotion | None:
+        """Return what another vehicle reports; None where it is missing or too old.
+
+        seam_m is added to the difference of positions, m. commands: whether its command is needed.
+        """
+        return self.radio.motion_of(other, self._sense.position - seam_m, commands=commands)
 
     def sides(self, now_ns: int) -> tuple[tuple[Relative, Relative], ...]:
         """States to the j-th vehicle ahead and behind, j = 1..m, as far as both are known."""

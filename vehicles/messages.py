@@ -6,22 +6,25 @@ from math import nan
 from typing import Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
+from zenvoy.bus.flat import ColumnEncoder, FlatEncoder, alone
 from zenvoy.laws import Relative
 from zenvoy.vehicles.decision import Decision, Predicted
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.state import LinkState
 
-_NOT_FLAT: Final = ("planned_from_ns", "planned_acceleration", "silent")
+_NOT_FLAT: Final = (
+    "planned_from_ns",
+    "planned_acceleration",
+    "silent",
+    "commanded_acceleration",
+)
 _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_NOT_FLAT)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_NOT_FLAT))
 _PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
 _PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
 _COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
-_NEIGHBOURS: Final = FlatEncoder(
-    pb.Command.DESCRIPTOR,
-    leave_out=tuple(one.name for one in pb.Command.DESCRIPTOR.fields if one.name != "neighbours"),
-)
+_NEIGHBOURS: Final = alone(pb.Command.DESCRIPTOR, "neighbours")
+_COMMANDED: Final = alone(pb.Beacon.DESCRIPTOR, "commanded_acceleration")
 _LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 _NOT_ESTIMATED: Final = Relative(nan, nan)
 
@@ -65,6 +68,11 @@ def beacon(
         )
     planned_from_ns, planned = plan
     return head + _PLANNED_FROM.encode(planned_from_ns) + _PLANNED.encode(planned)
+
+
+def reported(command_mps2: float) -> bytes:
+    """Return the newest command as the end of a beacon."""
+    return _COMMANDED.encode(commanded_acceleration=command_mps2)
 
 
 class Instants(NamedTuple):

@@ -7,8 +7,10 @@ from operator import attrgetter
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Motion, Relative
+from zenvoy.laws.relative import NAN
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.received import ReceivedBeacon, beacon_in
+from zenvoy.vehicles.steps import NS
 
 
 class Radio:
@@ -49,13 +51,23 @@ class Radio:
             return None
         return newest
 
-    def motion_of(self, vehicle: int) -> Motion | None:
-        """Return what a vehicle reports of its motion: speed, and the acceleration in force."""
+    def motion_of(self, vehicle: int, from_m: float, *, commands: bool) -> Motion | None:
+        """Return what a vehicle reports of its motion, with the acceleration in force.
+
+        Its distance counts from `from_m`. A report that lacks its command is missing if `commands`
+        are asked for.
+        """
         beacon = self.fresh(vehicle)
-        if beacon is None:
+        if beacon is None or (commands and beacon.command is None):
             return None
         plan = beacon.planned_acceleration
-        return Motion(beacon.speed, plan[0] if plan else beacon.acceleration)
+        return Motion(
+            beacon.speed,
+            plan[0] if plan else beacon.acceleration,
+            beacon.position - from_m,
+            (self._time_ns - beacon.time_ns) * NS,
+            NAN if beacon.command is None or not commands else beacon.command,
+        )
 
     def radar_of(self, vehicle: int) -> Relative | None:
         """A vehicle's own radar reading."""

@@ -23,6 +23,8 @@ class ReceivedBeacon(NamedTuple):
     radar: Relative | None
     planned_from_ns: tuple[int, ...]
     planned_acceleration: tuple[float, ...]
+    command: float | None
+    """Newest command of the sender; None where it reports none."""
 
 
 @lru_cache(maxsize=128)  # in one process, every receiver reads the same bytes
@@ -44,6 +46,7 @@ def beacon_in(payload: bytes) -> ReceivedBeacon | None:
         radar_in(beacon),
         tuple(planned_from_ns),
         tuple(planned),
+        beacon.commanded_acceleration if beacon.HasField("commanded_acceleration") else None,
     )
 
 

@@ -114,10 +114,11 @@ def test_a_law_that_fails_for_one_vehicle_names_that_vehicle() -> None:
     state = Relative(np.full(count, 37.5), np.zeros(count))
     speed = np.full(count, 10.0)
     speed[46] = 25.0  # vehicle 7 of the second run
-    view = View(radar=state, read=Seen(Known(state), Known(state), speed))
+    seen = Seen(Known(state), Known(state), speed)
+    view = View(radar=state, read=seen, acceleration=np.zeros(count))
     law = Law(name="mine", acceleration=fails_when_fast, parameters=Limit)
     aims = Schedule([*roster(scenario), *roster(scenario)]).at(0)
-    decider = Decider([Limits(-3.0, 3.0)] * count, size, PERIOD_S)
+    decider = Decider([Limits(-3.0, 3.0)] * count, size, PERIOD_S, length_m=5.0)
     with pytest.raises(LawError, match="law mine returned nan") as caught:
         decider.decide(
             Occasion(

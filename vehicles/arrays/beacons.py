@@ -13,7 +13,10 @@ from zenvoy.vehicles.arrays.timing import Timing
 
 
 class Beacons(NamedTuple):
-    """The beacons of a cycle: readings in m, m/s and m/s², and the plans."""
+    """The beacons of a cycle: readings in m, m/s and m/s², plans, and newest commands in m/s².
+
+    command is None unless a law of the fleet needs commands.
+    """
 
     position: Floats
     speed: Floats
@@ -21,6 +24,7 @@ class Beacons(NamedTuple):
     gap: Floats
     relative_speed: Floats
     plan: Plan
+    command: Floats | None = None
 
     def of(self, senders: NDArray[np.int64]) -> Beacons:
         """Return the beacons of some vehicles."""
@@ -31,6 +35,7 @@ class Beacons(NamedTuple):
             self.gap[senders],
             self.relative_speed[senders],
             self.plan.of(senders),
+            None if self.command is None else self.command[senders],
         )
 
 
@@ -68,7 +73,10 @@ class Link:
             newest = self.newest
             for column, new in zip(newest[:5], heard[:5], strict=True):
                 column[rows] = new
-            self.newest = newest._replace(plan=newest.plan.put(rows, heard.plan))
+            self.newest = newest._replace(
+                plan=newest.plan.put(rows, heard.plan),
+                command=_put(newest.command, rows, heard.command, len(self.sender)),
+            )
             self.cycle[rows], self._uniform = cycle, None
         return heard
 
@@ -78,8 +86,11 @@ class Link:
 
     def fresh(self, cycle: int) -> Bools:
         """Return where the newest beacon is young enough to be used in a cycle."""
-        age_ns = (cycle - self.cycle) * self._timing.period_ns
-        return (self.cycle >= 0) & (age_ns <= self._timing.age_limit_ns)
+        return (self.cycle >= 0) & (self.age_ns(cycle) <= self._timing.age_limit_ns)
+
+    def age_ns(self, cycle: int) -> Ints:
+        """Return the age of the newest beacon at the start of a cycle, where there is one."""
+        return (cycle - self.cycle) * self._timing.period_ns
 
     def ages(self, cycle: int) -> dict[int, Rows]:
         """Return the links by age of their newest beacon in a cycle, in cycles."""
@@ -90,3 +101,12 @@ class Link:
         return {
             age: np.flatnonzero(heard & (ages == age)) for age in np.unique(ages[heard]).tolist()
         }
+
+
+def _put(known: Floats | None, rows: Rows, new: Floats | None, count: int) -> Floats | None:
+    """Return the commands that are known, with those of some links replaced."""
+    if new is None:
+        return None
+    known = np.zeros(count) if known is None else known
+    known[rows] = new
+    return known

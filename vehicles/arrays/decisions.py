@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Motion, Observation, Output, Relative, Setpoint
+from zenvoy.laws import Motion, Needs, Observation, Output, Relative, Setpoint
 from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.scenarios import Limits
 from zenvoy.vehicles.arrays.aims import Aims
@@ -27,7 +27,7 @@ from zenvoy.vehicles.arrays.rows import (
     everywhere,
     within,
 )
-from zenvoy.vehicles.arrays.view import Seen, View
+from zenvoy.vehicles.arrays.view import Reported, Seen, View
 from zenvoy.vehicles.control import FOLLOWING
 from zenvoy.vehicles.decision import Controller, driven, limited
 
@@ -63,9 +63,11 @@ class Decisions(NamedTuple):
 class Decider:
     """Decides for vehicles within their limits, in runs of `size` each."""
 
-    def __init__(self, limits: Sequence[Limits], size: int, period_s: float) -> None:
+    def __init__(
+        self, limits: Sequence[Limits], size: int, period_s: float, length_m: float
+    ) -> None:
         count = len(limits)
-        self._count, self._period_s = count, period_s
+        self._count, self._period_s, self._length_m = count, period_s, length_m
         self._limits = np.array(limits).T
         self._calls = LawCalls(count, size)
 
@@ -139,10 +141,12 @@ class Decider:
             ahead=_relative(seen.ahead.state, rows),
             behind=_relative(seen.behind.state, rows) if needs.behind else UNKNOWN,
             sides=sides,
-            predecessor=_motion(view.predecessor.motion, rows) if needs.predecessor else SILENT,
-            leader=_motion(view.leader.motion, rows) if needs.leader else SILENT,
+            predecessor=_motion(view.predecessor, needs, rows) if needs.predecessor else SILENT,
+            leader=_motion(view.leader, needs, rows) if needs.leader else SILENT,
             period_s=self._period_s,
             uniform=lambda number: now.uniform(rows, number),
+            acceleration=view.acceleration[rows],
+            length_m=self._length_m,
         )
         output = self._calls.call(now.cycle, controller, rows, observation)
         found.acceleration[rows] = output.acceleration
@@ -183,9 +187,9 @@ def _needed(controller: Controller, view: View, seen: Seen, rows: Rows) -> Bools
         ok = _both(_there(view.read.behind.there, rows), _there(seen.behind.there, rows))
     if needs.sides and view.known_sides is not None:
         ok = _both(ok, view.known_sides[rows] > 0)
-    if needs.predecessor:
+    if needs.predecessor and not needs.tolerates_silence:
         ok = _both(ok, _there(view.predecessor.there, rows))
-    if needs.leader:
+    if needs.leader and not needs.tolerates_silence:
         ok = _both(ok, _there(view.leader.there, rows))
     return None if ok is None or everywhere(ok) else ok
 
@@ -214,5 +218,13 @@ def _relative(state: Relative, rows: Rows) -> Relative:
     return Relative(state.p[rows], state.v[rows])
 
 
-def _motion(motion: Motion, rows: Rows) -> Motion:
-    return Motion(motion.v[rows], motion.a[rows])
+def _motion(report: Reported, needs: Needs, rows: Rows) -> Motion:
+    """Return what the law of some vehicles gets of a report; NaN where it is missing."""
+    motion = report.motion
+    if not needs.commands:
+        motion = motion._replace(command=SILENT.command)
+    there = _there(report.there, rows)
+    columns = [one if isinstance(one, float) else one[rows] for one in motion]
+    if there is not None and not everywhere(there):
+        columns = [np.where(there, one, np.nan) for one in columns]
+    return Motion._make(columns)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from zenvoy.laws import Motion, Relative
+from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
@@ -16,6 +17,7 @@ from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.view import Known, Reported
 from zenvoy.vehicles.decision import Controller
 from zenvoy.vehicles.neighbours import neighbours
+from zenvoy.vehicles.steps import NS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,10 +69,17 @@ def links_of(
     )
 
 
-def reported(link: Link, cycle: int) -> Reported:
-    """Return the motion that the senders of a link report: speed and acceleration in force."""
+def reported(link: Link, cycle: int, from_m: Floats) -> Reported:
+    """Return the motion that the senders of a link report, as `Radio.motion_of` does."""
     newest = link.newest
-    return Reported(Motion(newest.speed, newest.plan.values[0]), fresh(link, cycle))
+    motion = Motion(
+        newest.speed,
+        newest.plan.values[0],
+        newest.position - from_m,
+        link.age_ns(cycle) * NS,
+        NAN if newest.command is None else newest.command,
+    )
+    return Reported(motion, fresh(link, cycle))
 
 
 def fresh(link: Link, cycle: int) -> Bools | None:

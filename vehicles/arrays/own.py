@@ -21,6 +21,8 @@ class OwnMotion:
         self._commands: list[Floats] = []
         self.plan = Plan(())
         """The plan of the newest cycle."""
+        self.newest_command = self._nothing
+        """The newest commands, or the readings where they contradict the commands, m/s²."""
         period_ns, lag = timing.period_ns, timing.lag
         # The commands in force over the last period: by cycles before the newest one.
         ages = (lag + 1, lag)
@@ -47,7 +49,9 @@ class OwnMotion:
         _, dv = over([(dt, at) for at, (dt, _) in enumerate(commanded)], [a for _, a in commanded])
         apart = np.abs(acceleration - dv / (self._timing.period_ns * NS)) > CONTRADICTS
         bare = None
+        self.newest_command = self._command_of(cycle - 1)
         if anywhere(apart):
+            self.newest_command = np.where(apart, acceleration, self.newest_command)
             values[0] = np.where(apart, acceleration, values[0])
             bare = apart if len(values) > 1 else None
         self.plan = Plan(tuple(values), bare)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint
+from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, where
 from zenvoy.laws.errors import described, errors_of_the_code
+from zenvoy.laws.relative import NAN, Number
 from zenvoy.vehicles.arrays.strict import strict_arithmetic
 from zenvoy.vehicles.time_limit import time_limit
 
@@ -51,8 +52,10 @@ def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
 def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
     k_d, k_v, k_c, p_des, v_des, speed, *rest = point
     ahead, behind = Relative(rest[0], rest[1]), Relative(rest[2], rest[3])
-    predecessor, leader = Motion(rest[4], rest[5]), Motion(rest[6], rest[7])
     shape = np.shape(speed)
+    heard = where(speed > 20.0, 1.0, NAN) if law.needs.tolerates_silence else 1.0
+    predecessor = _motion(heard, rest[4], rest[5], ahead.p)
+    leader = _motion(heard, rest[6], rest[7], 3.0 * ahead.p)
     observation = Observation(
         speed,
         Setpoint(k_d, k_v, k_c, p_des, v_des),
@@ -64,7 +67,14 @@ def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
         tuple(np.full(shape, value)[()] for value in law.state),
         0.1,
         lambda number: np.full(shape, 1.0 / (2 + number))[()],
+        acceleration=0.5 * ahead.v,
+        length_m=4.5,
     )
     returned = law.acceleration(observation, parameters)
     output = returned if isinstance(returned, Output) else Output(returned)
     return (output.acceleration, *output.logged, *output.state)
+
+
+def _motion(heard: Number, v: Number, a: Number, distance: Number) -> Motion:
+    """Return a report; NaN where `heard` is NaN instead of 1."""
+    return Motion(*(heard * one for one in (v, a, distance, 0.05 * a * a, a + 0.1)))

@@ -26,7 +26,8 @@ from zenvoy.vehicles.arrays.own import OwnMotion
 from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen
 from zenvoy.vehicles.arrays.timing import Timing
-from zenvoy.vehicles.arrays.view import NOTHING, Known, Seen, View
+from zenvoy.vehicles.arrays.view import NOTHING, Known, Reported, Seen, View
+from zenvoy.vehicles.control import reports_commands
 
 
 class Senses(NamedTuple):
@@ -65,10 +66,11 @@ class Vehicles:
         self._m = max(one.law.sides(one.parameters) for one in every)
         self._looks_behind = any(one.behind for one in needs)
         self._wants_motion = any(one.predecessor or one.leader for one in needs)
+        self._reports_commands = reports_commands(first)
         self._wants_predecessor = any(one.predecessor for one in needs)
         self._schedule = Schedule(settings)
         limits = [one.limits for one in settings]
-        self._decider = Decider(limits, size, first.period_ns * 1e-9)
+        self._decider = Decider(limits, size, first.period_ns * 1e-9, first.fleet.length_m)
         self._vehicle = number + 1
         self._seed = np.repeat(np.array([one.seed for one in scenarios], dtype=np.uint64), size)
         self._first: Bools | None = None
@@ -111,7 +113,8 @@ class Vehicles:
         plan = Plan(())
         if self.estimators is not None or self._wants_motion:
             plan = self.own.sense(senses.acceleration)
-        self._beacons = Beacons(*senses, plan)
+        command = self.own.newest_command if self._reports_commands else None
+        self._beacons = Beacons(*senses, plan, command)
         if self.estimators is not None:
             self.estimators.sense(self.cycle, self._beacons)
         return self._beacons
@@ -154,8 +157,7 @@ class Vehicles:
         return decisions
 
     def _view(self, beacons: Beacons, wants_all: bool) -> View:
-        links, cycle = self.links, self.cycle
-        ahead, behind = links.ahead[0], links.behind[0]
+        links, cycle, behind = self.links, self.cycle, self.links.behind[0]
         radar = Relative(beacons.gap, beacons.relative_speed)
         sides: tuple[tuple[Relative, Relative], ...] = ()
         known_sides: Ints | None = None
@@ -180,11 +182,23 @@ class Vehicles:
             predicted=predicted,
             sides=sides,
             known_sides=known_sides,
-            predecessor=reported(ahead, cycle) if self._wants_predecessor else NOTHING,
-            leader=NOTHING if links.leader is None else reported(links.leader, cycle),
+            predecessor=self._predecessor(beacons.position),
+            leader=self._leader(beacons.position),
+            acceleration=beacons.acceleration,
             first=self._first,
             last=self._last,
         )
+
+    def _predecessor(self, here: Floats) -> Reported:
+        """Return the reports of the vehicles ahead; here: the own positions, m."""
+        if not self._wants_predecessor:
+            return NOTHING
+        return reported(self.links.ahead[0], self.cycle, here - self.links.seam_ahead[0])
+
+    def _leader(self, here: Floats) -> Reported:
+        """Return the reports of the leaders, which have lower numbers: no seam lies between."""
+        leader = self.links.leader
+        return NOTHING if leader is None else reported(leader, self.cycle, here)
 
     def _uniform(self, rows: Rows, number: int) -> Floats:
         """Return the random numbers in [0, 1) that vehicles draw for their laws in this cycle."""

@@ -46,9 +46,10 @@ class View:
     """The data on which the vehicles decide in a cycle.
 
     radar is the reading of the own radar, and read has the newest readings of all sources.
-    predicted has the estimates at the effect of the commands, if any law needs them. sides has the
-    states to the j-th vehicle ahead and behind, and known_sides is the number of vehicles that are
-    known on both sides. first and last are masks of the vehicles at the ends of an open road.
+    predicted has the estimates at the effect of the commands, if any law needs them. sides has
+    the states to the j-th vehicle ahead and behind, and known_sides is the number of vehicles
+    that are known on both sides. acceleration has the own readings, m/s². first and last are
+    masks of the vehicles at the ends of an open road.
     """
 
     radar: Relative
@@ -58,5 +59,6 @@ class View:
     known_sides: Ints | None = None
     predecessor: Reported = NOTHING
     leader: Reported = NOTHING
+    acceleration: Floats
     first: Bools | None = None
     last: Bools | None = None
