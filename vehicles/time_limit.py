@@ -25,15 +25,24 @@ def time_limit(limit_s: float | None) -> AbstractContextManager[None]:
 
 @contextmanager
 def _limited(limit_s: float) -> Iterator[None]:
-    def expire(_signal: int, _frame: FrameType | None) -> None:
-        raise TimeoutError(f"took longer than {limit_s:g} s")
+    ours = False  # whether the alarm that is set is the one of the limit
 
-    left_s, every_s = signal.setitimer(signal.ITIMER_REAL, 0.0)  # else it may ring in `expire`
-    before = signal.signal(signal.SIGALRM, expire)
+    def expire(number: int, frame: FrameType | None) -> None:
+        # An alarm of the timer before may come late: another thread may have received its signal.
+        if ours and signal.getitimer(signal.ITIMER_REAL)[0] == 0.0:
+            raise TimeoutError(f"took longer than {limit_s:g} s")
+        if callable(before):
+            before(number, frame)
+
+    before = signal.getsignal(signal.SIGALRM)
+    left_s, every_s = signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, expire)
     signal.setitimer(signal.ITIMER_REAL, limit_s)
+    ours = True
     try:
         yield
     finally:
+        ours = False
         if signal.getsignal(signal.SIGALRM) is expire:  # else a request to end has taken it over
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before)

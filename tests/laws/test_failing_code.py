@@ -174,6 +174,18 @@ def test_a_limit_restores_the_alarm_of_its_process() -> None:
         signal.signal(signal.SIGALRM, before)
 
 
+def test_an_alarm_that_comes_late_is_not_taken_for_the_limit() -> None:
+    """The signal of the timer before may be on its way, received by another thread."""
+    rung: list[int] = []
+    before = signal.signal(signal.SIGALRM, lambda number, _: rung.append(number))
+    try:
+        with time_limit(50.0):
+            signal.raise_signal(signal.SIGALRM)
+        assert rung == [signal.SIGALRM]
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
 def test_the_alarm_of_a_process_is_not_taken_for_the_limit() -> None:
     """The timer with which a process watches itself may go off at any moment."""
     rung: list[int] = []
