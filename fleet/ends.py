@@ -23,6 +23,9 @@ LAW_FAILED: Final = 7  # a law of the scenario's own failed
 DONE: Final = 64
 
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # a place in Zenoh's code
+_NO_MEMORY: Final = re.compile(
+    "allocation error|allocation_failed|allocate memory|failed to map segment", re.IGNORECASE
+)
 _MAX_TEXT: Final = 1_500  # characters; so short a line passes through the pipe in one piece
 _MAX_CULPRITS: Final = 20
 
@@ -103,13 +106,25 @@ def shortage_of(error: BaseException) -> str | None:
     """
     if isinstance(error, OSError):
         return _of_system(error)
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) or _lacks_memory(error):
         return "out of memory"
     if isinstance(error, RuntimeError) and "start new thread" in str(error):
         return "cannot start another thread; is memory or the number of processes limited?"
     if isinstance(error, zenoh.ZError) or type(error).__name__ == "PanicException":
         return f"Zenoh: {_SOURCE.sub('', ' '.join(str(error).split()))}"
     return None
+
+
+def _lacks_memory(error: BaseException) -> bool:
+    """Return whether a library lacks memory: those written in C have errors of their own for it.
+
+    Zstandard raises ZstdError, LZ4 raises RuntimeError, and the loader of shared libraries
+    raises ImportError.
+    """
+    kind = type(error).__name__
+    if kind != "ZstdError" and not isinstance(error, RuntimeError | ImportError):
+        return False
+    return _NO_MEMORY.search(str(error)) is not None
 
 
 def _of_system(error: OSError) -> str:

@@ -16,7 +16,11 @@ from typing import Final
 # one for each process of the run.
 _THREADS: Final = 20
 _DESCRIPTORS: Final = 24
-_LEAST_MEMORY: Final = 384 * 1_048_576  # bytes; with 200 MiB the import of scipy never ends
+_MIB: Final = 1_048_576  # bytes
+_LEAST_MEMORY: Final = 384 * _MIB  # with 200 MiB the import of scipy never ends
+# A process of a fleet takes 1.5 GB of addresses with its 26 threads, each with an arena of its own.
+# With less, Zenoh's threads may die in silence.
+_LEAST_MEMORY_WITH_ZENOH: Final = 2048 * _MIB
 
 _ZENOH_THREAD: Final = b"app-0"  # the first session starts it, and it never ends
 
@@ -47,19 +51,26 @@ def _names_of_threads() -> set[bytes]:
 
 def require_memory() -> None:
     """Raise LimitError if there is too little memory for the libraries (`ulimit -v`)."""
+    _require_memory(_LEAST_MEMORY, "are needed")
+
+
+def _require_memory(least: int, what: str) -> None:
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit != resource.RLIM_INFINITY and limit < _LEAST_MEMORY:
+    if limit != resource.RLIM_INFINITY and limit < least:
         raise LimitError(
             f"memory is limited to {limit // 1024} KiB (ulimit -v); "
-            f"at least {_LEAST_MEMORY // 1024} KiB are needed"
+            f"at least {least // 1024} KiB {what}"
         )
 
 
 def require_room_for(processes: int) -> None:
-    """Raise LimitError if there are too few threads or file descriptors for so many processes.
+    """Raise LimitError if memory, threads or file descriptors are too few for so many processes.
 
     Raises the soft limit of file descriptors as far as the hard one allows.
     """
+    _require_memory(
+        _LEAST_MEMORY_WITH_ZENOH, "are needed for processes on Zenoh, less for --engine arrays"
+    )
     needed = processes + _DESCRIPTORS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if hard != resource.RLIM_INFINITY and hard < needed:
