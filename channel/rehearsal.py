@@ -21,15 +21,15 @@ _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 def rehearse(scenario: Scenario) -> Iterator[dict[str, NDArray[Any]]]:
     """Columns of /v2v/frames, cycle by cycle, by the agent that the channel process runs.
 
-    All vehicles keep the speed they begin with; those that beacon do so in every cycle.
+    All vehicles keep the speed with which the first begins; those that beacon do so in every cycle.
     """
     agent, mailbox = LockStepChannel(scenario), Mailbox()
     fleet = scenario.fleet
-    start = -fleet.gap_m * np.arange(fleet.size, dtype=np.float64)
+    start = np.array(fleet.positions_at_start_m) - fleet.positions_at_start_m[0]
     silent = [not settings.beacons for settings in roster(scenario)]
     for cycle in range(scenario.cycles):
         time_ns = cycle * scenario.period_ns
-        position = start + fleet.speed_mps * time_ns * 1e-9
+        position = start + fleet.speeds_at_start_mps[0] * time_ns * 1e-9
         where = pb.Positions(cycle=cycle, time_ns=time_ns, position=position.tolist())
         mailbox.put(POSITIONS, 0, where.SerializeToString())
         for vehicle in range(1, fleet.size + 1):

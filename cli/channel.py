@@ -57,9 +57,13 @@ def _drawn(loaded: Loaded) -> DrawnTraffic:
 def _lead(loaded: Loaded) -> str:
     scenario = loaded.scenario
     length_m = scenario.ring_length_m
+    gaps_m, speed_mps = scenario.fleet.gaps_at_start_m, scenario.fleet.speeds_at_start_mps[0]
+    apart = f"{min(gaps_m):g} m"
+    if max(gaps_m) > min(gaps_m):
+        apart = f"{min(gaps_m):g} to {max(gaps_m):g} m"
     road = "on the open road" if length_m is None else f"on a ring of {length_m:g} m"
     return (
-        f"{scenario.fleet.size} vehicles {road} drive on at {scenario.fleet.speed_mps:g} m/s, "
-        f"{scenario.fleet.gap_m:g} m apart, for {scenario.duration_s:g} s. No controller acts: "
+        f"{scenario.fleet.size} vehicles {road} drive on at {speed_mps:g} m/s, {apart} apart, "
+        f"for {scenario.duration_s:g} s. No controller acts: "
         f"only the channel and the beacons are simulated."
     )

@@ -26,12 +26,13 @@ def rehearse(scenario: Scenario) -> None:
     control = scenario.control.model_copy(
         update={"model": known[0], "schedule": (), "multi_node": MultiNode(), "parameters": ()}
     )
-    size = 2 * control.multi_node.neighbours + 1
+    of_each = {"groups": (), "initial_gaps_m": None, "initial_speeds_mps": None}
+    few = {"size": 2 * control.multi_node.neighbours + 1, **of_each}
     estimator = scenario.estimator
     changes = {
         "control": control,
         "estimator": estimator if estimator.kind in ESTIMATORS.taken() else Estimator(),
-        "fleet": scenario.fleet.model_copy(update={"size": size, "groups": ()}),
+        "fleet": scenario.fleet.model_copy(update=few),
         "events": (),
         "duration_s": 64 * scenario.period_ns * 1e-9,
     }

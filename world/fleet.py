@@ -31,9 +31,8 @@ class Fleet:
         shape = (fleet.size,) if batch is None else (len(batch), fleet.size)
         self.time_ns = 0
         self.road = Road(scenario.ring_length_m)
-        at_start = np.arange(fleet.size - 1.0, -1.0, -1.0) * fleet.gap_m
-        self.position: Floats = np.broadcast_to(at_start, shape).copy()
-        self.speed: Floats = np.full(shape, fleet.speed_mps)
+        self.position: Floats = np.broadcast_to(fleet.positions_at_start_m, shape).copy()
+        self.speed: Floats = np.broadcast_to(fleet.speeds_at_start_mps, shape).copy()
         self.mean_acceleration: Floats = np.zeros(shape)
         self.gaps: Floats = self.road.gaps(self.position)
         """To the vehicle ahead, m; NaN for the first of the open road."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from statistics import mean
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +125,7 @@ def _waves(run: Run, case: Disturbed) -> list[Row]:
     if not case.has_dip:
         return []
     rows: list[Row] = []
-    gap_m = run.scenario.fleet.gap_m
+    gap_m = mean(run.scenario.fleet.gaps_at_start_m)
     speed_mps = float(run.truth["speed"][case.rows].mean())
     for order, direction, sign in (
         (case.backwards, "backwards", 1.0),

@@ -13,6 +13,7 @@ from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
+from zenvoy.scenarios.schema.agreement_of_start import start_that_disagrees
 from zenvoy.scenarios.schema.control_laws import name_of, parameters_of
 from zenvoy.values.wording import trimmed
 
@@ -35,6 +36,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
     """Return every disagreement between values of `scenario`, without places."""
     return [
         *_lengths(scenario),
+        *start_that_disagrees(scenario),
         *_ring(scenario),
         *_weights(scenario),
         *sets_that_disagree(scenario),

@@ -39,7 +39,8 @@ def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
         {v for group in fleet.groups if getattr(group, name) is not None for v in sets[group.name]}
         for name in ("desired_gap_m", "desired_speed_mps")
     )
-    if control.desired_gap_m != fleet.gap_m and len(own_gap) < fleet.size:
+    even = fleet.initial_gaps_m is None
+    if even and control.desired_gap_m != fleet.gap_m and len(own_gap) < fleet.size:
         text = f"{trimmed(control.desired_gap_m)} is not fleet.gap_m ({trimmed(fleet.gap_m)}), "
         text += "at which the fleet starts"
         text += ", and which the ring keeps on average" if scenario.ring_length_m else ""
@@ -48,10 +49,12 @@ def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
     scheduled = any(switch.desired_speed_mps is not None for switch in control.schedule)
     if scenario.road.type == "open" and not profile and not scheduled and 2 not in own_speed:
         desired_mps = control.desired_speed_mps
-        if desired_mps != fleet.speed_mps:
-            text = f"{trimmed(desired_mps)} is not fleet.speed_mps ({trimmed(fleet.speed_mps)}), "
+        first_mps = fleet.speeds_at_start_mps[0]
+        if desired_mps != first_mps:
+            key = "speed_mps" if fleet.initial_speeds_mps is None else "initial_speeds_mps.0"
+            text = f"{trimmed(desired_mps)} is not fleet.{key} ({trimmed(first_mps)}), "
             text += "which the first vehicle keeps"
-            related = ("fleet.speed_mps", "road.type")
+            related = (f"fleet.{key}", "road.type")
             yield Problem(key="control.desired_speed_mps", text=text, related=related)
 
 

@@ -37,9 +37,13 @@ def notes_of_channel(scenario: Scenario, sets: dict[str, frozenset[int]]) -> Ite
 
 def _range(scenario: Scenario) -> Iterator[Problem]:
     range_m = scenario.channel.radio.range_m
-    if scenario.fleet.gap_m > range_m:
-        text = f"a range of {trimmed(range_m)} m is less than fleet.gap_m "
-        text += f"({trimmed(scenario.fleet.gap_m)}): at the start no frame is received"
+    fleet = scenario.fleet
+    if min(fleet.gaps_at_start_m) > range_m:
+        gap = f"fleet.gap_m ({trimmed(fleet.gap_m)})"
+        if fleet.initial_gaps_m is not None:
+            gap = f"the smallest of fleet.initial_gaps_m ({trimmed(min(fleet.initial_gaps_m))})"
+        text = f"a range of {trimmed(range_m)} m is less than {gap}: "
+        text += "at the start no frame is received"
         key = "channel.technology" if scenario.channel.range_m is None else "channel.range_m"
         yield Problem(key=key, text=text, related=("fleet.gap_m",))
 
@@ -121,8 +125,8 @@ def _reach_m(scenario: Scenario, until_s: float) -> tuple[float, float]:
     if scenario.ring_length_m is not None:
         return 0.0, scenario.ring_length_m
     fleet, control = scenario.fleet, scenario.control
-    speeds = [fleet.speed_mps, control.desired_speed_mps]
+    speeds = [fleet.speeds_at_start_mps[0], control.desired_speed_mps]
     speeds += [group.desired_speed_mps or 0.0 for group in fleet.groups]
     speeds += [switch.desired_speed_mps or 0.0 for switch in control.schedule]
     speeds += [event.highest_mps for event in scenario.profiles if event.vehicle == 1]
-    return 0.0, (fleet.size - 1) * fleet.gap_m + max(speeds) * until_s
+    return 0.0, fleet.positions_at_start_m[0] + max(speeds) * until_s

@@ -49,12 +49,13 @@ class _Expected:
     def __init__(self, scenario: Scenario) -> None:
         fleet, control = scenario.fleet, scenario.control
         self._first_keeps = scenario.road.type == "open"
-        self._start_mps = fleet.speed_mps
+        self._start_mps = fleet.speeds_at_start_mps[0]
         speeds = [control.desired_speed_mps]
         speeds += [group.desired_speed_mps or 0.0 for group in fleet.groups]
         speeds += [switch.desired_speed_mps or 0.0 for switch in control.schedule]
         changes = any(switch.desired_speed_mps is not None for switch in control.schedule)
-        self._desired_mps = (min(fleet.speed_mps, *speeds), max(fleet.speed_mps, *speeds))
+        speeds += fleet.speeds_at_start_mps
+        self._desired_mps = (min(speeds), max(speeds))
         self._changes = changes
         self._span_mps: dict[int, tuple[float, float]] = {}
 

@@ -8,6 +8,7 @@ the paper does not give.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import accumulate
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, model_validator
@@ -110,7 +111,11 @@ class Group(Section):
 
 
 class Fleet(Section):
-    """Vehicles 1..size, evenly spaced at the start; vehicle i follows i - 1."""
+    """Vehicles 1..size; vehicle i follows i - 1.
+
+    At the start they are evenly spaced and equally fast, unless the gaps of vehicles 2..size or the
+    speeds of all are given.
+    """
 
     model_config = _BUMPER_GAP
 
@@ -118,7 +123,28 @@ class Fleet(Section):
     length_m: Positive = 5.0
     gap_m: Positive = 37.5
     speed_mps: NonNegative = 30.0
+    initial_gaps_m: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
+    initial_speeds_mps: Annotated[tuple[NonNegative, ...], Field(strict=False)] | None = None
     groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is welcome too
+
+    @property
+    def gaps_at_start_m(self) -> tuple[float, ...]:
+        """Gaps of vehicles 2..size at the start, m."""
+        even = (self.gap_m,) * (self.size - 1)
+        return even if self.initial_gaps_m is None else self.initial_gaps_m
+
+    @property
+    def positions_at_start_m(self) -> tuple[float, ...]:
+        """Positions of vehicles 1..size at the start, m; the last vehicle is at 0."""
+        if self.initial_gaps_m is None:
+            return tuple(behind * self.gap_m for behind in range(self.size - 1, -1, -1))
+        return tuple(accumulate(reversed(self.initial_gaps_m), initial=0.0))[::-1]
+
+    @property
+    def speeds_at_start_mps(self) -> tuple[float, ...]:
+        """Speeds of vehicles 1..size at the start, m/s."""
+        even = (self.speed_mps,) * self.size
+        return even if self.initial_speeds_mps is None else self.initial_speeds_mps
 
 
 class GainChanges(Section):
