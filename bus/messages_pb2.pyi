@@ -40,6 +40,8 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_FALLBACK_FM: _Mode.ValueType  # 6
     """what the model needs of others is missing, or older than the limit"""
     MODE_CACC: _Mode.ValueType  # 7
+    MODE_ACC: _Mode.ValueType  # 8
+    MODE_IDM: _Mode.ValueType  # 9
     MODE_OWN: _Mode.ValueType  # 64
     """and up to 127: laws of the scenario's own, see metadata zenvoy.laws"""
 
@@ -55,6 +57,8 @@ MODE_PBCM: Mode.ValueType  # 5
 MODE_FALLBACK_FM: Mode.ValueType  # 6
 """what the model needs of others is missing, or older than the limit"""
 MODE_CACC: Mode.ValueType  # 7
+MODE_ACC: Mode.ValueType  # 8
+MODE_IDM: Mode.ValueType  # 9
 MODE_OWN: Mode.ValueType  # 64
 """and up to 127: laws of the scenario's own, see metadata zenvoy.laws"""
 Global___Mode: _TypeAlias = Mode  # noqa: Y015

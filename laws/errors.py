@@ -29,7 +29,7 @@ class LawError(Exception):
 def raised(name: str, code: object, error: BaseException) -> LawError:
     """Return what to say of an error that came out of a law: its kind, and the law's own line.
 
-    `name` describes the code, such as "law IDM"; `code` is its function or class.
+    `name` describes the code, such as "law Smith"; `code` is its function or class.
     """
     file, line = deepest(error.__traceback__, {_file(code)})
     place = f" ({Path(file).name}, line {line})" if line else ""

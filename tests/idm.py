@@ -26,5 +26,5 @@ def idm(seen, p):
     return p.a * (1.0 - free * free * free * free - (wanted / gap) * (wanted / gap))
 
 
-smith = Law(name="IDM", acceleration=idm, parameters=Parameters, colour="#CC79A7")
+smith = Law(name="Smith", acceleration=idm, parameters=Parameters, colour="#CC79A7")
 """

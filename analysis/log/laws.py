@@ -71,7 +71,7 @@ def own_laws_in(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
 def split_logged(table: Table, laws: Mapping[int, LoggedLaw], vehicles: int) -> dict[str, str]:
     """Replace `logged` with a column per value that a law logs, and return their units by name.
 
-    Columns are named after law and value: `IDM.desired_gap`. Raises ValueError where `logged` has
+    Columns are named after law and value: `Smith.desired_gap`. Raises ValueError where `logged` has
     the wrong size.
     """
     if "logged" not in table:

@@ -48,7 +48,7 @@ def estimate_columns(scenario: Scenario) -> dict[str, Column]:
 
 
 def logged_columns(scenario: Scenario) -> list[tuple[str, Column]]:
-    """Return name and column of each value that laws log, in their order: `IDM.desired_gap`."""
+    """Return name and column of each value that laws log, in their order: `Smith.desired_gap`."""
     return [
         (f"{law_of(model).name}.{column.name}", partial(_logged, mode, index))
         for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from zenvoy.laws import builtin, law_of
+from zenvoy.laws import Law, builtin, law_of
 from zenvoy.laws.by_name import (
     ESTIMATORS,
     LAWS,
@@ -36,14 +36,20 @@ def with_laws(
 ) -> tuple[Node, list[Problem]]:
     """Return `root` with the laws of the scenario's own loaded, and the problems with them.
 
-    Each reference gets the hash of its source, and all parameters are filled in. Loading a law runs
-    its code, which must lie beside the scenario or in an installed package unless `allow_code`.
+    Each reference gets the hash of its source. The parameters of all laws are filled in. Loading a
+    law runs its code, which must lie beside the scenario or in an installed package unless
+    `allow_code`.
     """
     problems: list[Problem] = []
     for path, key, kind in _sections(root):
         section = root.find(path)
         assert section is not None
         named = section.child(key)
+        law = _with_own_parameters(named, kind)
+        if law is not None:
+            root, found = _with_parameters(root, path, law.name, law.parameters)
+            problems += found
+            continue
         if named is None or not isinstance(named.value, str) or not _is_code(named.value, kind):
             if wrong := _without_code(section, path, kind):
                 problems += wrong
@@ -80,6 +86,13 @@ def _sections(root: Node) -> Iterator[tuple[Path, str, Kind]]:
                     yield (*path, index), key, kind
 
 
+def _with_own_parameters(named: Node | None, kind: Kind) -> Law | None:
+    """Return the law of the library that a section names, if `parameters` holds its parameters."""
+    name = named.value if named is not None and kind is LAWS else None
+    law = builtin().get(name) if isinstance(name, str) else None
+    return law if law is not None and law.section is None and fields(law.parameters) else None
+
+
 def _is_code(name: str, kind: Kind) -> bool:
     return ":" in name or (name not in kind.taken() and has_entry_point(name, kind))
 
@@ -104,7 +117,7 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
     if kind is ESTIMATORS:
         text = "given, but the built-in estimators have none; allowed with kind: module:attribute"
     elif law is None:
-        text = "given without a law of your own; allowed with model: module:attribute"
+        text = "given without a model; allowed with the model of a law that has parameters"
     elif law.section is not None:
         text = f"given, but {law.name} has its parameters in control.{law.section}"
     else:

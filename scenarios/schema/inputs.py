@@ -106,7 +106,7 @@ Parameters = Annotated[
     PlainSerializer(_mapping),
     WithJsonSchema({"type": "object", "additionalProperties": True}),
 ]
-"""Parameters of a law of the scenario's own, as pairs, so that a scenario is hashable."""
+"""Parameters of a law, as pairs, so that a scenario is hashable."""
 Weights = Annotated[
     str | tuple[float, ...],
     PlainValidator(_weights),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import inf
 from typing import TYPE_CHECKING
 
-from zenvoy.laws import find
+from zenvoy.laws import Needs, find
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
 from zenvoy.scenarios.schema.notes_of_events import notes_of_events
@@ -40,7 +40,8 @@ def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
         for name in ("desired_gap_m", "desired_speed_mps")
     )
     even = fleet.initial_gaps_m is None
-    if even and control.desired_gap_m != fleet.gap_m and len(own_gap) < fleet.size:
+    differs = control.desired_gap_m != fleet.gap_m and len(own_gap) < fleet.size
+    if even and differs and not _only_time_gaps(scenario):
         text = f"{trimmed(control.desired_gap_m)} is not fleet.gap_m ({trimmed(fleet.gap_m)}), "
         text += "at which the fleet starts"
         text += ", and which the ring keeps on average" if scenario.ring_length_m else ""
@@ -83,15 +84,22 @@ def _schedule(scenario: Scenario) -> Iterator[Problem]:
 def _last_desired_gap_ns(scenario: Scenario) -> float:
     """Return the time until which some law uses the desired gap, ns.
 
-    On the open road the last vehicle always uses it.
+    On the open road the last vehicle uses it under a law that looks behind.
     """
-    if scenario.ring_length_m is None:
-        return inf
-    last_ns = 0.0
+    last_ns, is_open = 0.0, scenario.ring_length_m is None
     for settings in roster(scenario):
         ends = [*(phase.from_ns for phase in settings.phases[1:]), inf]
         for phase, end_ns in zip(settings.phases, ends, strict=True):
             law = find(phase.model)
-            if law is None or law.keeps_gap:
+            if law is None or law.keeps_gap or (is_open and law.two_sided()):
                 last_ns = max(last_ns, end_ns)
     return last_ns
+
+
+def _only_time_gaps(scenario: Scenario) -> bool:
+    """Return whether no vehicle ever has a gap to keep, nor falls back to a law that has one."""
+    laws = [find(model) for settings in roster(scenario) for model in settings.models]
+    by_radar = scenario.control.neighbour_state == "radar"
+    return by_radar and all(
+        law is not None and not law.keeps_gap and law.needs == Needs() for law in laws
+    )

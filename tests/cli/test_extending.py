@@ -35,10 +35,10 @@ def test_the_page_leads_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> 
         assert program == "zenvoy"
         outcome = zenvoy(tmp_path, *arguments)
         assert (outcome.code, outcome.err) == (0, ""), line
-    run = load(tmp_path / "idm" / "run.mcap")
-    assert run.estimate["IDM.wanted_gap"].shape == (600, 8)
-    assert run.units["/fleet/estimate"]["IDM.wanted_gap"] == "m"
-    report = (tmp_path / "idm" / "run-analysis" / "report.html").read_text()
-    assert "idm:IDM" in report
-    assert "IDM.wanted_gap" in (tmp_path / "idm" / "csv" / "estimate.csv").read_text()
+    run = load(tmp_path / "fvdm" / "run.mcap")
+    assert run.estimate["FVDM.wanted_speed"].shape == (600, 8)
+    assert run.units["/fleet/estimate"]["FVDM.wanted_speed"] == "m/s"
+    report = (tmp_path / "fvdm" / "run-analysis" / "report.html").read_text()
+    assert "fvdm:FVDM" in report
+    assert "FVDM.wanted_speed" in (tmp_path / "fvdm" / "csv" / "estimate.csv").read_text()
     assert (tmp_path / "comparison" / "compare-speeds.png").exists()

@@ -18,6 +18,7 @@ from zenvoy.fleet.agents import agents_of
 from zenvoy.fleet.arrays.batch import Batch
 from zenvoy.fleet.arrays.covered import uncovered
 from zenvoy.fleet.arrays.log import RunLog
+from zenvoy.laws import builtin
 from zenvoy.scenarios import Scenario, load
 
 EXAMPLES: Final = int(os.environ.get("ARRAY_EXAMPLES", "40"))
@@ -78,6 +79,8 @@ BUILT_IN: Final = {
     "half-converted": ("mixed/half-converted", ()),
     "humans": ("mixed/humans", ()),
     "platoons": ("mixed/platoons", ()),
+    "time headway": ("following/acc", ()),
+    "drivers": ("following/idm", ()),
     "probe": ("probes/pbcm", ()),
     "unicast": ("technologies/5g-mmwave", ()),
     "stopped by a collision": ("paper/case-01", ("on_collision=stop", "control.gains.k_d=3")),
@@ -101,7 +104,7 @@ def fraction(most: float = 1.0) -> st.SearchStrategy[float]:
     return st.floats(0.0, most, allow_subnormal=False)
 
 
-LAWS: Final = st.sampled_from(["FM", "BCM", "MBCM", "PBCM", "CACC"])
+LAWS: Final = st.sampled_from(list(builtin()))
 LOSS: Final = st.fixed_dictionaries(
     {"p": fraction()},
     optional={

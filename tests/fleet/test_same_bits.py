@@ -33,6 +33,7 @@ SETTINGS: Final = {
     "PBCM, normal errors and losses": ["sensors.distribution=gaussian", BURSTS],
     "MBCM, by position": ["control.schedule.0.model=MBCM", "control.neighbour_state=position"],
     "PBCM, received power": ["channel.loss.path_loss={fading_m: 1.5}"],
+    "IDM": ["control.schedule.0.model=IDM"],
     "CACC": ["control.schedule.0.model=CACC", "sensors.position_std_m=1.5"],
 }
 

@@ -31,7 +31,7 @@ def test_a_law_needs_none_of_its_files_elsewhere(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", script], input=packed, capture_output=True, check=False
     )
-    assert (done.returncode, done.stdout) == (0, b"IDM\n"), done.stderr
+    assert (done.returncode, done.stdout) == (0, b"Smith\n"), done.stderr
 
 
 def test_another_source_is_refused(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Final, NamedTuple
 import pytest
 
 from tests import recordings
+from zenvoy.laws import builtin
 from zenvoy.scenarios import load
 from zenvoy.scenarios.reading.allowed import interval, resolved, schema_at, types
 
@@ -87,6 +88,8 @@ def _allowed(value: dict[str, Any]) -> str:
         return str(value["const"])
     kinds = {"string": "text", "array": "list", "boolean": "true, false", "object": "mapping"}
     choice = ", ".join(value.get("enum", ()))
+    if value.get("enum") == list(builtin()):
+        choice = "a law of [laws.md](laws.md)"
     words = (
         choice or value.get("noun") or interval(value).removeprefix("in ") or kinds[value["type"]]
     )

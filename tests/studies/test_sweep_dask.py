@@ -96,7 +96,7 @@ def test_stops_and_dead_workers_leave_the_table_of_local_cores(
     assert outcome.err == "4 of 8 runs failed; see out/README.md\n"
     assert f"8 runs, {8 - done} to do\n" in outcome.out
     line = (
-        r"headway_s=1.0, seed 2 failed: vehicle-\d\d died: law IDM raised RuntimeError: too close"
+        r"headway_s=1.0, seed 2 failed: vehicle-\d\d died: law Smith raised RuntimeError: too close"
     )
     assert re.search(line, outcome.out)
     for name in ("table.parquet", "series.parquet", "means.csv", "frames.lost.svg"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.laws import Motion, Relative, Setpoint, law_of
+from zenvoy.laws import Motion, Relative, Setpoint, builtin, law_of
 from zenvoy.scenarios import Limits
 from zenvoy.vehicles.decision import Aim, Controller, Decision, Position, Predicted, View
 from zenvoy.vehicles.decision import decide as decide_by
@@ -26,7 +26,8 @@ def decide(
     return decide_by(controller, position, read, predicted, aim)
 
 
-MODELS = ["FM", "BCM", "MBCM", "PBCM", "CACC"]
+MODELS = list(builtin())
+UNBOUNDED = ["FM", "BCM", "MBCM", "PBCM", "CACC"]  # more gap, more acceleration
 DEAF = READ._replace(behind=None)
 
 FM_READ = 0.3  # 0.1 · (40.5 - 37.5)
@@ -81,7 +82,7 @@ def test_the_first_vehicle_of_the_open_road_keeps_its_speed(model: str) -> None:
 
 
 @pytest.mark.parametrize("place", [Position.MIDDLE, Position.LAST])
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", UNBOUNDED)
 @pytest.mark.parametrize("behind", [None, Relative(37.5, 0.0)])
 def test_no_decision_exceeds_the_limit(
     model: str, place: Position, behind: Relative | None

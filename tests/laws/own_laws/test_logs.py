@@ -23,10 +23,10 @@ def test_log_and_report_name_the_laws_without_their_code(laws: Path, mixed: Run)
     (laws / "rich.py").unlink()
     run = load(mixed.log)
     own = {law.name: law for mode, law in run.laws.items() if mode >= pb.MODE_OWN}
-    assert set(own) == {"IDM", "Rich"}
-    assert own["IDM"].colour == "#CC79A7"
-    assert own["IDM"].reference.startswith("idm:smith#")
-    assert set(run.estimate["mode"][-1, 4:]) == {own["IDM"].mode}
+    assert set(own) == {"Smith", "Rich"}
+    assert own["Smith"].colour == "#CC79A7"
+    assert own["Smith"].reference.startswith("idm:smith#")
+    assert set(run.estimate["mode"][-1, 4:]) == {own["Smith"].mode}
     assert models(run.scenario) == (
         "rich:LAW (2 vehicles); FM (2 vehicles); FM, idm:smith from 2 s (2 vehicles)"
     )
@@ -50,7 +50,7 @@ def test_logged_values_are_named_columns(mixed: Run, tmp_path: Path) -> None:
     (file,) = [path for path in export(mixed, tmp_path / "csv", "csv") if "estimate" in path.name]
     head = file.read_text().splitlines()[0].replace('"', "").split(",")
     assert head[-2:] == ["Rich.decisions", "Rich.luck"]
-    assert "IDM" in file.read_text()
+    assert "Smith" in file.read_text()
 
 
 def test_theory_takes_a_law_from_the_log(laws: Path) -> None:
@@ -67,7 +67,7 @@ def test_theory_takes_a_law_from_the_log(laws: Path) -> None:
             laws / "two.mcap", text.replace("rich:LAW", "idm:smith").replace("share: 0.25", "s0: 3")
         )
     )
-    with pytest.raises(NoTheoryError, match="vehicle 1 ran IDM"):
+    with pytest.raises(NoTheoryError, match="vehicle 1 ran Smith"):
         theory_of(idm, 1.0, 3.0)
 
 

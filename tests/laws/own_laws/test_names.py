@@ -57,7 +57,7 @@ def test_a_law_of_an_installed_package_is_found_by_its_entry_point(
         run = load(scenarios / bus / "run.mcap")
         prints.add(run.fingerprint)
         law = run.laws[pb.MODE_OWN]
-        assert (law.name, law.version) == ("IDM", "smith-laws 1.2")
+        assert (law.name, law.version) == ("Smith", "smith-laws 1.2")
         assert law.reference.startswith("smith_laws:smith#")
     assert len(prints) == 1
     monkeypatch.delenv("PYTHONPATH")

@@ -1,0 +1,40 @@
+"""Each law of the library has a built-in scenario, which has the same bits on all engines."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.conftest import zenvoy
+from zenvoy.analysis.log.load import load as load_log
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.laws import builtin
+from zenvoy.scenarios import builtin as scenarios
+from zenvoy.scenarios import load
+from zenvoy.scenarios.schema.control_laws import models_named
+
+ENGINES: Final = ("in-process", "arrays", "processes")
+
+
+def scenario_of(law: str) -> str:
+    """Return the first built-in scenario with a law."""
+    return next(name for name, _ in scenarios() if law in models_named(load(name).scenario))
+
+
+@pytest.mark.parametrize("law", list(builtin()))
+def test_a_law_has_the_same_bits_on_all_engines(tmp_path: Path, law: str) -> None:
+    name = scenario_of(law)
+    changes = ["--duration-s", "4"]
+    for index, _ in enumerate(load(name).scenario.control.schedule):
+        changes += ["--set", f"control.schedule.{index}.at_s={index + 1}"]
+    prints = set()
+    for engine in ENGINES:
+        outcome = zenvoy(tmp_path, "run", name, *changes, "--engine", engine, "--out", engine)
+        assert outcome.code == 0, outcome.err
+        prints.add(json.loads((tmp_path / engine / "summary.json").read_text())["fingerprint"])
+    assert len(prints) == 1
+    modes = load_log(tmp_path / "arrays" / "run.mcap").estimate["mode"]
+    assert pb.Mode.Value(f"MODE_{law}") in modes
