@@ -1,1 +1,1 @@
-"""What is between vehicles: technologies, range, loss, latency, delivery, and its process."""
+"""The channel between vehicles: range, loss, latency and delivery of frames, and its process."""

@@ -1,4 +1,4 @@
-"""The medium that all share: who waits for whom, whose frames collide, how busy it is."""
+"""The shared medium: how long stations wait, which frames collide, how busy the medium is."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _ALL: Final = np.uint64(2**64 - 1)
 class Airing(NamedTuple):
     """How the frames of a cycle went over the air.
 
-    wait_ns (n,): from being ready to the begin of the transmission, by sender; collided (r,): by
-    frame and receiver; busy_ratio (n,): share of the period in which a station senses others or
-    sends itself.
+    wait_ns (n,): time from the instant at which a sender has its frame ready to the start of the
+    transmission. collided (r,): by frame and receiver. busy_ratio (n,): share of the period in
+    which a station senses others or sends.
     """
 
     wait_ns: Ints
@@ -39,10 +39,10 @@ class Access:
     """The medium of a scenario under carrier sense.
 
     Stations are not synchronised: each has its frame ready at an instant of its own within the
-    cycle, drawn anew for each frame. That instant says with whom it contends, and nothing else:
-    latency counts from it. A frame that has not begun after a period gives way to the next one.
-    What overlaps from one cycle into the next keeps stations waiting, but
-    is not looked at for collisions.
+    cycle, drawn anew for each frame. That instant only decides which stations contend; latency
+    counts from it. If a frame has not begun after a period, the next frame replaces it. A
+    transmission that runs into the next cycle keeps stations of that cycle waiting, but does not
+    collide with their frames.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -58,13 +58,16 @@ class Access:
         self._dcc = ReactiveDcc(size) if medium.congestion_control == "reactive" else None
 
     def allowed(self, speaks: Bools, sent_ns: int) -> Bools:
-        """Which of those that have a frame may send it, (n,): congestion control may say no."""
+        """Return which of the stations with a frame may send it under congestion control, (n,)."""
         return speaks if self._dcc is None else self._dcc.allowed(speaks, sent_ns)
 
     def air(
         self, frames: SentFrames, reach: Pairs, sends: Bools, sequence: Ints, scene: Scene
     ) -> Airing:
-        """Send the frames of a cycle; reach: who is in range of whom; sends, sequence: (n,)."""
+        """Send the frames of a cycle.
+
+        reach: the pairs that are in range. sends, sequence: (n,).
+        """
         senses = reach
         if self._range_m is not None:
             senses = pairs(scene.position, self._range_m, scene.ring_length_m)
@@ -98,27 +101,30 @@ class Access:
 
 
 def collided(frames: SentFrames, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bools:
-    """Which frames (r,) meet another one at their receiver, find it sending, or never began.
+    """Return which frames their receivers miss because of other transmissions, (r,).
 
+    Such a frame overlaps another one at its receiver, finds the receiver sending, or never began.
     start_ns (n,): -1 for stations that do not send.
     """
     n = len(start_ns)
     senders = np.flatnonzero(start_ns >= 0)
     senders = senders[np.argsort(start_ns[senders], kind="stable")]
     starts = start_ns[senders]
-    # All take the same time on the air, so the transmissions that overlap the k-th one are
-    # neighbours of it in order of start: low[k] to low[k] + count[k] - 1, with k among them.
+    # All frames take the same time on the air, so the transmissions that overlap the k-th one are
+    # its neighbours in order of start: low[k] to low[k] + count[k] - 1, k itself included.
     low = np.searchsorted(starts, starts - on_air_ns, side="right")
     count = np.searchsorted(starts, starts + on_air_ns, side="left") - low
-    # A table with a row for each such pair. The rows of k begin at first[k]; `other` is the one
-    # that overlaps `own`.
+    # A table with a row for each such pair: `other` overlaps `own`. The rows of k begin at
+    # first[k].
     first = np.cumsum(count) - count
     own = np.repeat(np.arange(len(senders)), count)
     other = np.arange(len(own)) - first[own] + low[own]
-    # The stations that each other transmission deafens, as a set of bits. None deafens its own.
+    # The stations that each overlapping transmission deafens, as a set of bits. No transmission
+    # disturbs itself.
     disturbs = _deafened(hearing, n)[senders[other]]
     disturbs[other == own] = 0
-    # The union over the rows of k: who cannot receive k. Who sends nothing reaches nobody.
+    # The union over the rows of k: the stations that cannot receive k. A station that does not
+    # send reaches nobody.
     disturbed = np.full((n, disturbs.shape[1]), _ALL)
     disturbed[senders] = np.bitwise_or.reduceat(disturbs, first, axis=0)
     # Look up the bit of each frame's receiver: station d is bit d % 64 of word d // 64.
@@ -128,7 +134,10 @@ def collided(frames: SentFrames, start_ns: Ints, hearing: Hearing, on_air_ns: in
 
 
 def _deafened(hearing: Hearing, n: int) -> NDArray[np.uint64]:
-    """Stations that cannot receive another while each sends, itself too: (n, words) of bits."""
+    """Return the stations that cannot receive others while station i sends, as bits, (n, words).
+
+    Station i itself is among them.
+    """
     deaf = np.zeros((n, -(-n // 64) * 64), dtype=np.bool_)
     deaf[np.repeat(np.arange(n), np.diff(hearing.first)), hearing.stations] = True
     deaf[np.arange(n), np.arange(n)] = True
@@ -136,7 +145,10 @@ def _deafened(hearing: Hearing, n: int) -> NDArray[np.uint64]:
 
 
 def busy_ratio(start_ns: Ints, hearing: Hearing, on_air_ns: int, period_ns: int) -> Floats:
-    """Share of a period in which each station senses others or sends, (n,), overlaps once."""
+    """Return the share of a period in which each station senses others or sends, (n,).
+
+    Transmissions that overlap count once.
+    """
     n = len(start_ns)
     source = np.repeat(np.arange(n), np.diff(hearing.first))
     station = np.concatenate([hearing.stations, np.arange(n)])

@@ -1,4 +1,4 @@
-"""The channel, whatever clock it runs on: frames go on the air, and what becomes of each."""
+"""The channel under either clock: it sends the frames of a cycle and decides their outcomes."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
 
 class Sent(NamedTuple):
-    """A beacon, and its bytes as they came: they go to the receivers as they are."""
+    """A beacon and its bytes as received, which go to the receivers unchanged."""
 
     beacon: pb.Beacon
     payload: bytes
 
 
 class Channel:
-    """The channel of a scenario, and the frames that are in flight (`air`).
+    """The channel of a scenario, and the frames in flight (`air`).
 
-    `lock_step` and `realtime` say when it transmits the frames of a cycle, and when `air` delivers.
+    `lock_step` and `realtime` decide when it transmits the frames of a cycle and when `air`
+    delivers them.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -41,7 +42,11 @@ class Channel:
         self.air = Air(self._size)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """Positions and beacons are of the start of their cycle, and of all in the fleet."""
+        """Return why a message is refused, or None.
+
+        Positions and beacons must have the time at which their cycle starts. Positions must cover
+        the whole fleet.
+        """
         start_ns = message.cycle * self._period_ns
         if topic is POSITIONS:
             return fault_in_positions(message, self._size, start_ns)
@@ -49,14 +54,14 @@ class Channel:
 
     @property
     def least_latency_ns(self) -> int:
-        """No frame arrives earlier than this after it was sent."""
+        """The least time from sending a frame to its arrival."""
         return self._transmission.least_latency_ns
 
     def transmit(self, positions: pb.Positions, beacons: Mapping[int, Sent]) -> Envelope:
-        """Put the frames of a cycle on the air; returns what becomes of them, for the log.
+        """Put the frames of a cycle on the air, and return their outcomes for the log.
 
-        beacons: by vehicle, those of one cycle that have come. Where one is missing, or says that
-        it is silent, nothing goes on the air.
+        beacons: those of one cycle that have arrived, by vehicle. A vehicle whose beacon is
+        missing, or says that it is silent, sends nothing.
         """
         on_air = {vehicle: sent for vehicle, sent in beacons.items() if not sent.beacon.silent}
         senders = [vehicle - 1 for vehicle in on_air]
@@ -80,7 +85,7 @@ def _links(scene: Scene, sent: Transmitted) -> Envelope:
 
 
 def frame_table(scene: Scene, sent: Transmitted) -> bytes:
-    """Return the table of the frames of a cycle, as it is logged: a serialized pb.Frames."""
+    """Return the table of the frames of a cycle as it is logged: a serialized pb.Frames."""
     frames, outcomes = sent.frames, sent.outcomes
     return _FRAMES.encode(
         cycle=scene.cycle,

@@ -1,4 +1,4 @@
-"""What becomes of each frame on its way, under the channel's loss and latency and its rules."""
+"""Loss and latency of each frame, by the channel's own sections and its rules."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ Bools = NDArray[np.bool_]
 class Impairments(NamedTuple):
     """What impairs each frame at each receiver: loss, damage, collision, latency (ns).
 
-    The latency is without the time on the air. `ordered`: must not overtake earlier ones.
+    The latency does not include the time on the air. `ordered`: the frame must not overtake an
+    earlier one on its link.
     """
 
     lost: Bools
@@ -36,11 +37,11 @@ class Impairments(NamedTuple):
 class Conditions:
     """Loss and latency of a scenario's channel, by link, time and stretch of road.
 
-    Of the channel's own section and the rules that apply, the last one counts.
+    The last rule that applies to a frame counts; if none does, the channel's own section counts.
     """
 
     def __init__(self, *scenarios: Scenario) -> None:
-        """`scenarios`: of runs side by side, which differ only in their seed."""
+        """Take the scenarios of runs side by side, which differ only in their seed."""
         channel, size = scenarios[0].channel, scenarios[0].fleet.size
         seeds = Seeds(tuple(one.seed for one in scenarios), size)
         delay_ms = channel.radio.delay_ms
@@ -67,14 +68,15 @@ class Conditions:
 
     @property
     def least_latency_ns(self) -> int:
-        """The least that any of the latencies allows, without the time on the air."""
+        """The least latency that any section allows, without the time on the air."""
         return min(model.least_ns for model in self._latencies.values())
 
     @property
     def certain_latencies_ns(self) -> tuple[int, int] | None:
-        """The least and the greatest latency, where nothing else can happen to a frame; else None.
+        """The least and the greatest latency, without the time on the air.
 
-        Without the time on the air.
+        None if a frame may be lost or damaged, if there are rules, or if the greatest latency is
+        not known.
         """
         latency = self._latencies[0]
         if self._where or not self._losses[0].never or latency.greatest_ns is None:
@@ -119,7 +121,7 @@ class Conditions:
         return latency_ns, ordered
 
     def _covered(self, frames: SentFrames, scene: Scene) -> dict[int, Bools]:
-        """The rows that each rule applies to, by its number."""
+        """Return the rows to which each rule applies, by the number of the rule."""
         found = {
             number: where.covers(frames.source, frames.destination, scene.position, scene.sent_ns)
             for number, where in self._where.items()
@@ -130,8 +132,8 @@ class Conditions:
 def _portions(
     numbers: list[int], covered: dict[int, Bools], rows: int
 ) -> Iterator[tuple[int, Bools | slice]]:
-    """The rows of each section, by its number; sections without rows are left out."""
-    if rows and not covered:  # as a rule: no copies for what applies to all
+    """Yield the number and the rows of each section that has rows."""
+    if rows and not covered:  # the usual case: a slice copies nothing
         yield 0, slice(None)
         return
     owner = np.zeros(rows, dtype=np.int64)

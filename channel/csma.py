@@ -1,9 +1,9 @@
-"""Carrier sense multiple access: when each station of a cycle gets the medium, and what it hears.
+"""Carrier sense multiple access: when each station gets the medium in a cycle.
 
-As IEEE 802.11's EDCA does for broadcasts, which are sent once and never acknowledged: a station
-that finds the medium idle for AIFS sends; one that finds it busy waits for its end, AIFS, and a
-number of slots drawn from the contention window. A transmission is sensed a slot after it began,
-so two may begin within one.
+This is EDCA of IEEE 802.11 for broadcasts, which are sent once and never acknowledged. A station
+that finds the medium idle for AIFS sends. A station that finds it busy waits until it is idle, then
+for AIFS and a number of slots drawn from the contention window. Others sense a transmission one
+slot after it begins, so two transmissions may begin within one slot.
 """
 
 from __future__ import annotations
@@ -20,44 +20,44 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-# In 10 MHz channels (IEEE 802.11-2016, clause 17; ETSI EN 302 663): times in ns.
+# Times in 10 MHz channels, ns (IEEE 802.11-2016, clause 17; ETSI EN 302 663).
 SLOT_NS: Final = 13_000
 SIFS_NS: Final = 32_000
 PREAMBLE_NS: Final = 40_000  # with the SIGNAL field
 SYMBOL_NS: Final = 8_000
 _SERVICE_AND_TAIL_BITS: Final = 22
 _BLOCK: Final = 8  # backoffs that are drawn together
-_SENSED, _TRIES = 0, 1  # at one instant, what is on the air is sensed before others try
+_SENSED, _TRIES = 0, 1  # at equal times, stations sense a transmission before others try
 
 
 class Hearing(NamedTuple):
-    """Who senses whom: stations[first[i]:first[i + 1]] are those that sense station i."""
+    """Which stations sense which: stations[first[i]:first[i + 1]] sense station i."""
 
     first: Ints
     stations: Ints
 
 
 def airtime_ns(frame_bytes: int, bit_rate_mbps: float) -> int:
-    """Time on the air of a frame in a 10 MHz channel: preamble, SIGNAL, and whole symbols."""
+    """Return the time on the air of a frame, ns: preamble, SIGNAL and whole symbols at 10 MHz."""
     bits_per_symbol = bit_rate_mbps * SYMBOL_NS / 1_000
     symbols = -(-(_SERVICE_AND_TAIL_BITS + 8 * frame_bytes) // bits_per_symbol)
     return PREAMBLE_NS + int(symbols) * SYMBOL_NS
 
 
 def aifs_ns(number: int) -> int:
-    """Arbitration inter-frame space of an AIFSN."""
+    """Return the arbitration inter-frame space of an AIFSN."""
     return SIFS_NS + number * SLOT_NS
 
 
 class Backoffs:
-    """Slots that stations wait, keyed by seed, station, frame and try."""
+    """Backoffs in slots, drawn by seed, station, frame and try."""
 
     def __init__(self, seed: int, window: int) -> None:
         self._seed, self._slots = seed, window + 1
         self._drawn: dict[tuple[int, int, int], list[int]] = {}
 
     def slots(self, station: int, sequence: int, attempt: int) -> int:
-        """Of a try, from 0 to the contention window, for the station of that index."""
+        """Return the backoff of one try, from 0 to the contention window; station: its index."""
         block, at = divmod(attempt, _BLOCK)
         key = (station, sequence, block)
         if key not in self._drawn:
@@ -67,7 +67,7 @@ class Backoffs:
         return self._drawn[key][at]
 
     def draw(self, stations: Ints, sequences: Ints) -> None:
-        """Draw the first tries of all of these at once: one by one costs 50 times as much."""
+        """Draw the first tries of these stations at once; one by one takes 50 times as long."""
         numbers = np.arange(_BLOCK)
         keys = (stations[:, None] + 1, numbers, sequences[:, None])
         draws, _ = uniforms(self._seed, Purpose.BACKOFF, *keys)
@@ -78,7 +78,7 @@ class Backoffs:
             self._drawn[*key, 0] = row
 
     def forget(self) -> None:
-        """Drop what was drawn for frames that have been sent."""
+        """Drop the draws of frames that have been sent."""
         self._drawn.clear()
 
 
@@ -92,14 +92,15 @@ def contend(
     patience_ns: int,
     backoffs: Backoffs,
 ) -> Ints:
-    """When each station begins to send, ns, (n,); -1 for those that are not ready (ready_ns -1).
+    """Return when each station begins to send, ns, (n,); -1 if it does not send.
 
-    -1 too for those that could not within `patience_ns`: a newer frame has taken the place of
-    theirs. `busy_until_ns` (n,): until when each senses the medium busy; it is moved on.
+    A station does not send if it is not ready (ready_ns -1), or if it cannot begin within
+    `patience_ns`: then a newer frame replaces its own. `busy_until_ns` (n,), until when each
+    station senses the medium busy, is updated in place.
     """
-    # A simulation by events in order of time. At _TRIES a station looks at the medium: it begins to
+    # A simulation of events in order of time. At _TRIES a station senses the medium: it begins to
     # send, or it tries again after the transmission that it senses, AIFS and its backoff. At
-    # _SENSED, a slot after a begin, all who are in reach learn until when the medium is busy.
+    # _SENSED, a slot after a start, all stations in reach learn until when the medium is busy.
     start_ns = np.full(len(ready_ns), -1, dtype=np.int64)
     ready = np.flatnonzero(ready_ns >= 0)
     whens = (ready_ns[ready] + space_ns).tolist()

@@ -23,15 +23,15 @@ _BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
 
 
 class Air:
-    """Frames in flight to a fleet of `size` vehicles.
+    """The frames in flight to a fleet of `size` vehicles.
 
-    A receive is put together from encoded pieces: a beacon is encoded once, not once for each of
-    its receivers, and the columns are slices of arrays.
+    A receive is assembled from encoded pieces: each beacon is encoded once, not once for each
+    receiver, and the columns are slices of arrays.
     """
 
     def __init__(self, size: int) -> None:
         self._vehicles = range(1, size + 1)
-        # Encoded beacons by running number of the frame, from the oldest that is still in flight.
+        # Encoded beacons by number of the frame, from the oldest that is still in flight.
         self._beacons = np.zeros(0, dtype=np.object_)
         self._first_number = 0
         # A row per frame and receiver: number and source of the frame, destination, arrival (ns).
@@ -42,13 +42,13 @@ class Air:
     def send(
         self, payloads: Mapping[int, bytes], source: Ints, destination: Ints, arrived_ns: Ints
     ) -> None:
-        """Put the frames of a cycle on the air: serialized beacons, by the vehicle that sends.
+        """Put the frames of a cycle on the air; payloads: serialized beacons by sender.
 
-        The arrays have a row per frame and receiver: indices from 0 of both, and when the frame
-        arrives, ns; -1: never.
+        The arrays have a row per frame and receiver: the indices of sender and receiver, from 0,
+        and the time of arrival, ns (-1: never).
         """
         first = self._first_number + len(self._beacons)
-        senders = sorted(payloads)  # whatever order they came in: frames are numbered by vehicle
+        senders = sorted(payloads)  # the numbers of frames must not depend on the order of arrival
         encoded = np.empty(len(senders), dtype=np.object_)
         encoded[:] = [encode_bytes(_BEACON, payloads[vehicle]) for vehicle in senders]
         self._beacons = np.concatenate([self._beacons, encoded])
@@ -62,7 +62,7 @@ class Air:
         self._arrived_ns = np.concatenate([self._arrived_ns, arrived_ns[comes]])
 
     def deliver(self, cycle: int, until_ns: int) -> list[Envelope]:
-        """Receives of a cycle: for each vehicle what has arrived by `until_ns`, in that order."""
+        """Return a receive for each vehicle, in order, with what has arrived by `until_ns`."""
         due = self._due(until_ns)
         receives = self._receives(due, self._vehicles, cycle, until_ns)
         self._forget(due)
@@ -70,14 +70,14 @@ class Air:
 
     @property
     def next_ns(self) -> int | None:
-        """When the next frame arrives; None where none is in flight."""
+        """The time of the next arrival; None if no frame is in flight."""
         return int(self._arrived_ns.min()) if len(self._arrived_ns) else None
 
     def batch(self, cycle: int, until_ns: int) -> tuple[int, list[Envelope]]:
-        """When the last of the frames arrives that do by `until_ns`, and receives with these.
+        """Return the receives with all frames that arrive by `until_ns`, and when the last arrives.
 
-        None for a vehicle that gets none; each is of the time at which its own last one arrives.
-        The frames stay in flight until they have `landed`. Raises ValueError where there are none.
+        Only vehicles to which a frame arrives get a receive; its time is that of its last frame.
+        The frames stay in flight until `landed`. Raises ValueError if no frame arrives.
         """
         due = self._due(until_ns)
         at_ns = int(self._arrived_ns[due].max())
@@ -89,7 +89,7 @@ class Air:
         self._forget(self._due(until_ns))
 
     def _due(self, until_ns: int) -> Ints:
-        """Rows of the frames that arrive by `until_ns`, by destination, in order of arrival."""
+        """Return the rows of frames that arrive by `until_ns`, by destination, then arrival."""
         due = np.flatnonzero(self._arrived_ns <= until_ns)
         keys = (self._number[due], self._arrived_ns[due], self._destination[due])
         return due[np.lexsort(keys)]
@@ -97,9 +97,9 @@ class Air:
     def _receives(
         self, due: Ints, vehicles: Sequence[int], cycle: int, time_ns: int | None
     ) -> list[Envelope]:
-        """A receive for each of `vehicles`, in order, with its own of the rows that are due.
+        """Return a receive for each of `vehicles`, in order, with its own of the rows due.
 
-        Of `time_ns`, or of the arrival of its last frame.
+        Its time is `time_ns`, or, if that is None, the arrival of its last frame.
         """
         bounds = np.searchsorted(self._destination[due], [*vehicles, len(self._vehicles) + 1])
         source = self._source[due].astype("<u4").tobytes()
@@ -127,7 +127,7 @@ class Air:
         return receives
 
     def _forget(self, landed: Ints) -> None:
-        """Drop the rows that were delivered, and the frames that nobody waits for any more."""
+        """Drop the rows that were delivered, and the beacons that no row needs any more."""
         flies = np.ones(len(self._number), dtype=np.bool_)
         flies[landed] = False
         self._number, self._source = self._number[flies], self._source[flies]

@@ -1,6 +1,6 @@
 """The channel on some links of many runs at once: the cycle in which each frame is delivered.
 
-`transmission.Transmission` does the same for all links of one run, by the same parts. This module
+`transmission.Transmission` does the same for all links of one run, with the same parts. This module
 is for channels without carrier sense, relays and duplicates.
 """
 

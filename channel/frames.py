@@ -1,4 +1,4 @@
-"""What becomes of the frames of a cycle: when they arrive, and what the log says of them."""
+"""The outcomes of the frames of a cycle: when they arrive, and how the log classes them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OnAir:
-    """A technology with the frames that it carries. on_air_ns: what carrier sense says, if used."""
+    """A technology and the frames that it carries.
+
+    on_air_ns: the time on the air of a frame under carrier sense; None without carrier sense.
+    """
 
     technology: Technology
     frame_bytes: int
@@ -27,7 +30,7 @@ class OnAir:
 
     @property
     def frame_time_ns(self) -> int:
-        """Time on the air: frame bits over bit rate, unless the medium counts symbols."""
+        """Time on the air: bits of the frame over bit rate, unless `on_air_ns` gives it."""
         if self.on_air_ns is not None:
             return self.on_air_ns
         return round(8_000 * self.frame_bytes / self.technology.bit_rate_mbps)
@@ -49,9 +52,9 @@ def outcomes_of(
     medium: OnAir,
     in_order: InOrder,
 ) -> Outcomes:
-    """Outcome of one frame per source, sent at `sent_ns`.
+    """Return the outcome of one frame per source, sent at `sent_ns`.
 
-    A frame that arrives by `deadline_ns` comes with the first delivery after it was sent.
+    A frame that arrives by `deadline_ns` is part of the first delivery after it was sent.
     """
     on_air_ns = medium.frame_time_ns * turns(pairs, medium.technology.broadcast)
     gone = impairments.lost | impairments.damaged | impairments.collided | ~pairs.in_range
@@ -68,9 +71,9 @@ def outcomes_of(
 
 
 def turns(pairs: Pairs, broadcast: bool) -> Ints:
-    """Which copy of its sender's a frame is, from 1; with broadcast there is only one.
+    """Return the number of each frame among the copies that its sender sends, from 1.
 
-    Copies go out to the nearest receiver first.
+    A sender that cannot broadcast sends a copy to each receiver, the nearest one first.
     """
     turn = np.ones(len(pairs.source), dtype=np.int64)
     if broadcast:

@@ -18,9 +18,9 @@ class InOrder:
         self._table = LinkTable(size, 0)  # arrival of the newest frame, ns
 
     def held(self, source: Ints, destination: Ints, arrived_ns: Ints, ordered: Bools) -> Ints:
-        """Arrivals, ns; where `ordered`, not before that of an earlier frame of the link.
+        """Return the arrivals, ns: ordered frames do not arrive before earlier frames of the link.
 
-        All (r,), a row per link; -1: never arrives, and holds nobody up.
+        All arrays are (r,), one row per link. A frame that never arrives (-1) delays no other.
         """
         rows = self._table.rows(source, destination)
         newest = self._table.columns[0]

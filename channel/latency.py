@@ -1,4 +1,4 @@
-"""How long frames are on their way, under one section of latency."""
+"""Latency of frames under one section of a scenario."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ Floats = NDArray[np.float64]
 
 
 class Latencies:
-    """All that a section of latency asks for; sections of other `number` draw for themselves.
+    """The latencies of one section; sections with different `number` have independent draws.
 
-    `technology_ms`: bounds of Table I's delay.
+    technology_ms: the bounds of the technology's delay in Table I.
     """
 
     def __init__(
@@ -38,5 +38,5 @@ class Latencies:
         self.draws = not distribution.constant(technology_ms)
 
     def of(self, frames: SentFrames, share: Floats) -> Ints:
-        """Return latencies, ns, (r,); `share`: a draw in [0, 1) for each."""
+        """Return latencies, ns, (r,); share: a draw in [0, 1) for each frame."""
         return self._delays(share) + self._offsets.of(frames)

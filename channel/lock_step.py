@@ -11,10 +11,11 @@ from zenvoy.scenarios import Scenario
 
 
 class LockStepChannel:
-    """One step per cycle: beacons in; receives for the vehicles, links for the world out.
+    """Takes the beacons of a cycle in one step; sends receives to vehicles and links to the world.
 
-    With v2v_wait 0 the delivery of cycle k holds what arrived by t_k, all of it sent earlier: it
-    goes out as soon as the beacons of cycle k - 1 are in, and the first one at once.
+    If v2v_wait is 0, the delivery of cycle k has the frames that arrived by t_k, all sent in
+    earlier cycles: it goes out once the beacons of cycle k - 1 are in. The first delivery goes out
+    at once.
     """
 
     role = "channel"
@@ -31,22 +32,22 @@ class LockStepChannel:
 
     @property
     def barrier(self) -> Barrier | None:
-        """Positions and all beacons of the cycle."""
+        """The messages that the next step needs: positions and all beacons of the cycle."""
         if self._cycle == self._cycles:
             return None
         if self._cycle < 0:
             return Barrier(0, 0)
-        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
-        # So the single message comes before those of all vehicles.
+        # Topics are awaited in this order, and a stall is blamed on the first missing message. So
+        # the single message of the world comes before those of all vehicles.
         needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
         return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As the channel finds."""
+        """Return why a message is refused, or None."""
         return self._core.fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Transmit the cycle's frames and deliver what is due."""
+        """Transmit the frames of the cycle, and deliver those that are due."""
         links = [self._transmit(inbox)] if self._cycle >= 0 else []
         delivery = self._cycle + self._ahead
         self._cycle += 1

@@ -1,4 +1,4 @@
-"""Which frames a receiver misses, and which it gets damaged, under one section of loss."""
+"""Loss and damage of frames under one section of a scenario."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Bools = NDArray[np.bool_]
 
 
 class Losses:
-    """All that a section of loss asks for; sections of other `number` draw for themselves."""
+    """The loss models of one section; sections with different `number` have independent draws."""
 
     def __init__(self, loss: Loss, seeds: Seeds, number: int = 0) -> None:
         self._corruption = Draws(seeds, Purpose.CORRUPTION)
@@ -28,30 +28,30 @@ class Losses:
 
     @property
     def never(self) -> bool:
-        """Whether nothing is ever lost or damaged."""
+        """Whether no frame is ever lost or damaged."""
         return not any(self._judges.values())
 
     @property
     def draws(self) -> bool:
-        """Whether `chance` counts."""
+        """Whether `lost` uses its argument `chance`."""
         return bool(self._judges[Effect.LOSS_CHANCE])
 
     def lost(self, frames: SentFrames, scene: Scene, chance: Floats) -> Bools:
-        """Return which frames are lost, (r,); `chance`: a draw in [0, 1) for each."""
+        """Return which frames are lost, (r,); chance: a draw in [0, 1) for each frame."""
         lost = np.asarray(chance < self._probability(Effect.LOSS_CHANCE, frames, scene))
         for judge in self._judges[Effect.LOSS]:
             lost |= judge(frames, scene)
         return lost
 
     def damaged(self, frames: SentFrames, scene: Scene) -> Bools:
-        """Return which frames come damaged, (r,), lost or not."""
+        """Return which frames are damaged, (r,), whether lost or not."""
         if not self._judges[Effect.DAMAGE_CHANCE]:
             return np.zeros(len(frames.source), dtype=np.bool_)
         chance, _ = self._corruption.of_links(*frames.link)
         return np.asarray(chance < self._probability(Effect.DAMAGE_CHANCE, frames, scene))
 
     def _probability(self, effect: Effect, frames: SentFrames, scene: Scene) -> float | Floats:
-        """That any of the models of an effect takes the frame, each for itself."""
+        """Return the probability that one or more of the independent models of an effect hit."""
         p: float | Floats = 0.0
         for judge in self._judges[effect]:
             p = p + (1.0 - p) * judge(frames, scene)

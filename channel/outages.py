@@ -21,7 +21,10 @@ class Outages:
         self._places = [Where(outage, *scenarios) for outage in outages]
 
     def lost(self, source: Ints, destination: Ints, position: Floats, sent_ns: int) -> Bools | None:
-        """Which frames (r,) an outage takes; None where there is none. As `Where.covers`."""
+        """Return which frames an outage blocks, (r,); None if no outage is current.
+
+        The arguments are those of `Where.covers`.
+        """
         found = (place.covers(source, destination, position, sent_ns) for place in self._places)
         current = [covered for covered in found if covered is not None]
         return np.logical_or.reduce(current) if current else None

@@ -1,4 +1,4 @@
-"""Who is in range of whom."""
+"""Pairs of vehicles that are in range of each other."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Floats = NDArray[np.float64]
 
 
 class Pairs(NamedTuple):
-    """Ordered pairs of vehicles, by source, then destination, (r,).
+    """Ordered pairs of vehicles, sorted by source, then destination, (r,).
 
-    The ends are indices from 0, and distance (m) is along the road.
+    Source and destination are indices from 0; distance is in m along the road.
     """
 
     source: Ints
@@ -31,11 +31,11 @@ class Pairs(NamedTuple):
 
 
 def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pairs:
-    """Return every ordered pair within `range_m`, and each vehicle with its neighbours in any case.
+    """Return every ordered pair within `range_m`, and every pair of neighbours, in range or not.
 
-    `position` (n,): m along the road, not wrapped. The cost grows with the vehicles in range: a
-    neighbour out of range is worth a row, for it explains what a controller misses; a vehicle far
-    away is not.
+    position (n,): m along the road, not wrapped. A neighbour out of range has a row because it
+    explains what a controller misses. Other vehicles out of range have none, so that the cost
+    grows only with the vehicles in range.
     """
     n = len(position)
     if ring_length_m is not None and 2 * range_m >= ring_length_m:
@@ -48,17 +48,17 @@ def pairs(position: Floats, range_m: float, ring_length_m: float | None) -> Pair
 
 @lru_cache(maxsize=4)
 def _everyone(n: int) -> tuple[Ints, Ints]:
-    """Every ordered pair of n vehicles."""
+    """Return every ordered pair of n vehicles."""
     source, destination = (index.ravel() for index in np.indices((n, n), dtype=np.int64))
     keep = source != destination
     return source[keep], destination[keep]
 
 
 def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tuple[Ints, Ints]:
-    """Pairs within range by a sorted search, and the neighbours in the row.
+    """Return the pairs within range, found by a sorted search, and the pairs of neighbours.
 
-    Vehicles are sorted by place on a line; each one's range is a slice of that line. The ring is
-    unrolled: the line holds it three times, so that no slice goes over the seam.
+    Vehicles are sorted by position on a line, and the range of each vehicle is a slice of that
+    line. A ring is unrolled three times, so that no slice crosses the seam.
     """
     n = len(position)
     place = position if ring_length_m is None else np.mod(position, ring_length_m)
@@ -67,19 +67,19 @@ def _near(position: Floats, range_m: float, ring_length_m: float | None) -> tupl
     if ring_length_m is not None:
         line = np.concatenate([line - ring_length_m, line, line + ring_length_m])
         who = np.tile(who, 3)
-    # A hair wider than the range, so that rounding in the search loses nobody; `pairs` decides.
+    # Slightly wider than the range, so that rounding in the search loses no pair; `pairs` decides.
     reach = range_m + 1e-6
     low = np.searchsorted(line, place - reach, side="left")
     count = np.searchsorted(line, place + reach, side="right") - low
-    # A row per vehicle and member of its slice, itself among them; `within` counts in the slice.
+    # A row per vehicle and member of its slice, itself included; `within` is the index there.
     source = np.repeat(np.arange(n, dtype=np.int64), count)
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     destination = who[np.repeat(low, count) + within]
-    # Neighbours in the row, both ways. The last of the open road gets itself, dropped below.
+    # Neighbours in both directions. The last vehicle on an open road gets itself, dropped below.
     i = np.arange(n, dtype=np.int64)
     beside = (i + 1) % n if ring_length_m is not None else np.minimum(i + 1, n - 1)
     code = np.concatenate([source * n + destination, i * n + beside, beside * n + i])
-    code.sort()  # then unique: numpy's own takes ten times as long
+    code.sort()  # sort and compare: np.unique takes ten times as long
     source, destination = np.divmod(code[np.diff(code, prepend=-1) != 0], n)
     keep = source != destination
     return source[keep], destination[keep]

@@ -11,7 +11,10 @@ from zenvoy.scenarios import Scenario
 
 
 def run_channel(scenario: Scenario, wiring: Wiring) -> None:
-    """Carry frames to the end of the run, in real time until asked to end; raises BusError."""
+    """Run the channel to the end of the run; in real time, until it is asked to end.
+
+    Raises BusError.
+    """
     if scenario.clock == "realtime":
         with RealtimeBus(RealtimeChannel(scenario), wiring, scenario.speed) as bus:
             bus.run()

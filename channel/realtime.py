@@ -1,4 +1,4 @@
-"""The channel in real time: takes beacons as they come, delivers frames when they are due."""
+"""The channel in real time: takes beacons as they arrive, delivers frames when they are due."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from zenvoy.channel.agent import Channel, Sent
 from zenvoy.channel.gathering import Gathering
 from zenvoy.scenarios import Scenario
 
-_WINDOW_NS: Final = 1_000_000  # of wall time: frames that are due within it come in one message
-_KEPT: Final = 5  # cycles for which positions are kept, for beacons that are late
+_WINDOW_NS: Final = 1_000_000  # of wall time: frames due within it share one message
+_KEPT: Final = 5  # cycles for which positions are kept, in case beacons are late
 
 
 class RealtimeChannel:
-    """Puts frames on the air when `gathering` says so, and delivers each of them when it is due.
+    """Puts frames on the air when `gathering` says so, and delivers each frame when it is due.
 
-    What becomes of a frame is drawn as in lock-step, by seed, link and sequence number. It is
+    The outcome of a frame is drawn as in lock-step, by seed, link and sequence number. A frame is
     delivered at its own instant, or up to a millisecond later together with others to the same
-    vehicle: a message costs some 60 µs, and 40 vehicles send 15,600 frames per second.
+    vehicle: a message costs about 60 µs, and 40 vehicles send 15,600 frames per second.
     """
 
     role = "channel"
@@ -38,22 +38,25 @@ class RealtimeChannel:
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._window_ns = round(_WINDOW_NS * scenario.speed)
         self._positions: dict[int, pb.Positions] = {}  # by cycle, the newest ones
-        self._batch: tuple[int, list[Envelope]] | None = None  # what is delivered next, and when
+        self._batch: tuple[int, list[Envelope]] | None = None  # the next delivery, and its time
 
     @property
     def due_ns(self) -> int | None:
-        """When to deliver a batch, to transmit beacons, or at once to prepare the next batch."""
+        """The time of the next delivery or transmission; 0 if the next batch is to be prepared."""
         if self._batch is None and self._core.air.next_ns is not None:
-            return 0  # which has passed: it prepares the next batch at once
+            return 0  # in the past, so the next batch is prepared at once
         delivers = () if self._batch is None else (self._batch[0],)
         return min((*delivers, *self._transmissions().values()), default=None)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As in lock-step."""
+        """Return why a message is refused, or None, as in lock-step."""
         return self._core.fault_in(topic, vehicle, message)
 
     def take_in(self, post: Post) -> str | None:
-        """Keep positions, and beacons until their frames go on the air."""
+        """Keep positions, and keep beacons until their frames go on the air.
+
+        Returns why a message is refused, or None.
+        """
         cycle = post.message.cycle
         newest = max(self._positions, default=-1)
         if cycle <= newest - _KEPT:
@@ -67,7 +70,8 @@ class RealtimeChannel:
             self._gathering.forget(cycle - _KEPT)
             return None
         beacon = Sent(post.message, post.payload)
-        # Beacons of a cycle may come before its positions, but not before those of the last one.
+        # Beacons may arrive before the positions of their cycle, but not before those of the
+        # cycle before.
         is_new = cycle <= newest + 1 and self._gathering.add(
             cycle, post.vehicle, beacon, post.came_ns
         )
@@ -76,8 +80,8 @@ class RealtimeChannel:
     def act(self, now_ns: int) -> list[Envelope]:
         """Do the first of these that is due: deliver a batch, transmit a cycle, prepare a batch.
 
-        A batch is prepared ahead of its instant, since encoding it takes time. Its frames stay in
-        flight until it is delivered: a transmission discards it, and it is prepared anew.
+        Encoding takes time, so a batch is prepared before it is due. Its frames stay in flight
+        until it is delivered: a transmission discards the batch, and it is prepared again.
         """
         if self._batch is not None and self._batch[0] <= now_ns:
             (at_ns, receives), self._batch = self._batch, None
@@ -85,7 +89,7 @@ class RealtimeChannel:
             return receives
         due = [cycle for cycle, at_ns in self._transmissions().items() if at_ns <= now_ns]
         if due:
-            self._batch = None  # a new frame may be due before those
+            self._batch = None  # a new frame may be due before those of the batch
             return [self._transmit(min(due))]
         arrives_ns = self._core.air.next_ns
         if self._batch is None and arrives_ns is not None:
@@ -95,17 +99,17 @@ class RealtimeChannel:
         return []
 
     def _decision_ns(self, arrives_ns: int) -> int:
-        """When vehicles decide next: no frame may miss that only because it waits for others.
+        """Return the first t_k + v2v_wait at or after an arrival, ns, when vehicles decide next.
 
-        The first t_k + v2v_wait that is not before the arrival.
+        A frame must not miss that decision because it waits for others.
         """
         cycle = -(-(arrives_ns - self._wait_ns) // self._period_ns)
         return cycle * self._period_ns + self._wait_ns
 
     def _transmissions(self) -> dict[int, int]:
-        """When the waiting beacons of each cycle go on the air, at the latest; by cycle.
+        """Return by cycle the latest time at which its waiting beacons go on the air, ns.
 
-        Without positions nobody knows who is in range: beacons wait for those in any case.
+        Cycles without positions are left out: without them the channel cannot tell who is in range.
         """
         return {
             cycle: self._gathering.transmits_ns(cycle)

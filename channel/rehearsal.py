@@ -1,4 +1,4 @@
-"""What a scenario's channel does to a fleet that just drives on, without controllers."""
+"""The channel of a scenario with a fleet at constant speed, without controllers."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
 
 def rehearse(scenario: Scenario) -> Iterator[dict[str, NDArray[Any]]]:
-    """Columns of /v2v/frames, cycle by cycle, by the agent that the channel process runs.
+    """Yield the columns of /v2v/frames of each cycle, from the agent of the channel process.
 
-    All vehicles keep the speed with which the first begins; those that beacon do so in every cycle.
+    All vehicles keep the initial speed of the first one. Vehicles with beacons send one in every
+    cycle.
     """
     agent, mailbox = LockStepChannel(scenario), Mailbox()
     fleet = scenario.fleet

@@ -1,8 +1,9 @@
 """Relay: receivers pass a frame on, hop by hop, to vehicles out of its sender's range.
 
-What a vehicle passes on shares the fate of its own frame on that link in that cycle: it is lost
-where that one is, and takes as long. So a relayed frame costs the sum of its hops' latencies, and
-link states (bursts, outages, shadowing) hold for all that crosses them.
+A frame that a vehicle passes on has the outcome of the vehicle's own frame on that link in that
+cycle: it is lost if that one is, and takes as long. So the latency of a relayed frame is the sum of
+the latencies of its hops, and link states (bursts, outages, shadowing) hold for every frame on the
+link.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ Bools = NDArray[np.bool_]
 
 
 class Hop(NamedTuple):
-    """Frames over single links in range, (r,), sorted by source: indices and latency, ns.
+    """Frames over single links in range, (r,), sorted by source.
 
-    latency_ns -1: lost on the way.
+    Source and destination are indices. latency_ns: -1 if the frame is lost.
     """
 
     source: Ints
@@ -28,7 +29,7 @@ class Hop(NamedTuple):
 
 
 class Relayed(NamedTuple):
-    """Frames over several links: ends, latency in all, ns (-1: lost on every way), and hops."""
+    """Frames over several links: total latency, ns (-1 if lost on every path), and hops."""
 
     source: Ints
     destination: Ints
@@ -37,11 +38,11 @@ class Relayed(NamedTuple):
 
 
 def relay(direct: Hop, size: int, most_hops: int) -> Relayed:
-    """What comes of frames beyond their sender's range, over at most `most_hops` links each.
+    """Return the frames that reach beyond their sender's range over at most `most_hops` links.
 
-    A row for every pair that is connected by so many links, even where all ways are lost. Of
-    several ways with as many hops the fastest counts; a pair is reached by as few hops as links
-    in range allow.
+    Every pair that so many links connect has a row, even if the frame is lost on all paths. A pair
+    is reached with as few hops as the links in range allow; the fastest path with that number of
+    hops counts.
     """
     first = np.searchsorted(direct.source, np.arange(size + 1))
     reached = np.union1d(direct.source * size + direct.destination, np.arange(size) * (size + 1))
@@ -59,25 +60,25 @@ def relay(direct: Hop, size: int, most_hops: int) -> Relayed:
 
 
 def _next(front: Hop, direct: Hop, first: Ints, reached: Ints, size: int) -> Hop:
-    """The pairs that are reached with one more link than `front`, each by its fastest way.
+    """Return the pairs reached with one more link than `front`, each by its fastest path.
 
-    It joins `front` and `direct`: every frame of `front` goes on over every link that begins where
-    the frame has ended. Links are sorted by source, so those of vehicle v are direct[first[v]] to
+    It joins `front` and `direct`: every frame of `front` continues over every link that begins
+    where the frame ended. Links are sorted by source, so those of vehicle v are direct[first[v]] to
     direct[first[v + 1] - 1].
     """
-    # A row per frame and link: `before` counts in `front`, `link` in `direct`.
+    # A row per frame and link: `before` is an index in `front`, `link` in `direct`.
     count = first[front.destination + 1] - first[front.destination]
     before = np.repeat(np.arange(len(count)), count)
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     link = np.repeat(first[front.destination], count) + within
-    # A pair of vehicles as one number. Pairs that fewer links reach are left out.
+    # A pair of vehicles as one number. Pairs reached with fewer links are left out.
     code = front.source[before] * size + direct.destination[link]
     new = ~np.isin(code, reached)
     code, before, link = code[new], before[new], link[new]
     here, there = front.latency_ns[before], direct.latency_ns[link]
     never = np.iinfo(np.int64).max
     latency_ns = np.where((here < 0) | (there < 0), never, here + there)
-    # Of all rows of a pair, the least latency; `never` where the frame is lost on every way.
+    # The least latency over all rows of a pair; `never` if the frame is lost on every path.
     pairs, at = np.unique(code, return_inverse=True)
     fastest = np.full(len(pairs), never)
     np.minimum.at(fastest, at, latency_ns)

@@ -1,8 +1,9 @@
 """An offset that a sender keeps for a number of messages.
 
-C-V2X mode 4 picks a resource of its selection window and holds it until a counter, drawn from 5 to
-15, has run down with the messages sent; then it picks anew, or keeps it with a given probability
-(3GPP TS 36.321, sections 5.14.1.1 and 5.4.1, sl-ReselectAfter and probResourceKeep).
+C-V2X mode 4 picks a resource in its selection window and holds it while a counter, drawn from 5 to
+15, counts down with the messages sent. Then it keeps the resource with a given probability, or
+picks a new one (3GPP TS 36.321, sections 5.14.1.1 and 5.4.1, sl-ReselectAfter and
+probResourceKeep).
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ Ints = NDArray[np.int64]
 
 
 class SenderOffsets:
-    """The offsets of senders; they depend on seed, sender and sequence number alone.
+    """The offsets of senders; they depend only on seed, sender and sequence number.
 
-    Senders of another `number` draw for themselves.
+    Sections with different `number` have independent draws.
     """
 
     def __init__(self, settings: SenderOffset, seeds: Seeds, number: int = 0) -> None:
@@ -37,21 +38,24 @@ class SenderOffsets:
 
     @property
     def used(self) -> bool:
-        """Whether there are any."""
+        """Whether offsets are not always 0."""
         return self._max_ns > 0
 
     def of(self, frames: SentFrames) -> Ints:
-        """Offsets of these frames, ns, (r,). A sender's numbers never fall from call to call."""
+        """Return the offsets of these frames, ns, (r,).
+
+        The sequence numbers of a sender must not fall from call to call.
+        """
         if self._max_ns == 0:
             return np.zeros(len(frames.source), dtype=np.int64)
         newest = np.full(self._size, -1)
         newest[frames.source] = frames.sequence
-        while (behind := np.flatnonzero(self._next <= newest)).size:  # once, as a rule
+        while (behind := np.flatnonzero(self._next <= newest)).size:  # usually once
             self._step(behind)
         return self._offset_ns[frames.source]
 
     def _step(self, sender: Ints) -> None:
-        """The next frame of each."""
+        """Advance each sender by one frame."""
         self._next[sender] += 1
         ended = sender[self._left[sender] == 0]
         if ended.size:

@@ -1,4 +1,4 @@
-"""All that the channel of a scenario does to the frames of a cycle, one step after the other."""
+"""Everything that the channel of a scenario does to the frames of a cycle, step by step."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ Bools = NDArray[np.bool_]
 
 
 class Transmitted(NamedTuple):
-    """What became of the frames of a cycle. Frames and outcomes are parallel.
+    """The frames of a cycle and their outcomes, in parallel rows.
 
-    hops (r,): links that a frame went over; None where none is relayed. busy_ratio (n,): how busy
-    each vehicle sensed the medium; None without carrier sense.
+    hops (r,): number of links that a frame crossed; None if the channel does not relay.
+    busy_ratio (n,): share of time in which each vehicle sensed the medium busy; None without
+    carrier sense.
     """
 
     frames: SentFrames
@@ -38,7 +39,7 @@ class Transmitted(NamedTuple):
 
 
 class Transmission:
-    """The channel of a scenario, with the states that its links keep."""
+    """The channel of a scenario, with the states of its links."""
 
     def __init__(self, scenario: Scenario) -> None:
         channel = scenario.channel
@@ -55,16 +56,16 @@ class Transmission:
         self._duplicates = channel.duplicate > 0.0
         self._relay_hops = channel.relay_hops
         wait_ns = scenario.v2v_wait_ns
-        # From sending to the delivery that comes first after it.
+        # From sending to the first delivery after it.
         self._in_time_ns = wait_ns if wait_ns else scenario.period_ns
 
     @property
     def least_latency_ns(self) -> int:
-        """No frame arrives earlier than this after it was sent."""
+        """The least time from sending a frame to its arrival."""
         return self._conditions.least_latency_ns + self._medium.frame_time_ns
 
     def of(self, speaks: Bools, sequence: Ints, scene: Scene) -> Transmitted:
-        """Send a frame of each vehicle that `speaks`, (n,), numbered `sequence`, (n,)."""
+        """Send a frame of each vehicle that `speaks`, (n,), with number `sequence`, (n,)."""
         reach = pairs(scene.position, self._medium.technology.range_m, scene.ring_length_m)
         sends = speaks if self._access is None else self._access.allowed(speaks, scene.sent_ns)
         everyone = reach
@@ -99,7 +100,7 @@ class Transmission:
     def _with_copies(
         self, reach: Pairs, frames: SentFrames, outcomes: Outcomes, scene: Scene
     ) -> tuple[SentFrames, Outcomes]:
-        """The frames, and after them the second copies of some that get through."""
+        """Append the second copies of some of the frames that arrive."""
         through = outcomes.arrived_ns >= 0
         twice, impairments = self._conditions.copies(frames.only(through), scene)
         through[through] = twice
@@ -110,7 +111,7 @@ class Transmission:
     def _with_relayed(
         self, frames: SentFrames, outcomes: Outcomes, sequence: Ints, scene: Scene
     ) -> tuple[SentFrames, Outcomes, Ints]:
-        """The frames, and after them those that others have passed on; and the hops of each."""
+        """Append the frames that other vehicles have passed on; also return the hops of each."""
         first = (outcomes.outcome != pb.OUTCOME_OUT_OF_RANGE) & (
             outcomes.outcome != pb.OUTCOME_DUPLICATE
         )
@@ -125,7 +126,7 @@ class Transmission:
         in_time = relayed.latency_ns <= self._in_time_ns
         outcome = np.where(in_time, pb.OUTCOME_DELIVERED, pb.OUTCOME_LATE)
         outcome[~arrives] = pb.OUTCOME_LOST
-        # Told of already as out of range: now they are not.
+        # These pairs already have a row with outcome out of range, which is no longer true.
         code = frames.source * self._size + frames.destination
         kept = ~np.isin(code, ends[0] * self._size + ends[1])
         some = Outcomes(relayed.latency_ns, arrived_ns, outcome.astype(np.uint32))
@@ -137,7 +138,7 @@ class Transmission:
 def _below(
     frames: SentFrames, outcomes: Outcomes, more_frames: SentFrames, more_outcomes: Outcomes
 ) -> tuple[SentFrames, Outcomes]:
-    """Tables one below the other."""
+    """Append the second table to the first."""
     return SentFrames._make(_joined(frames, more_frames)), Outcomes._make(
         _joined(outcomes, more_outcomes)
     )
@@ -146,5 +147,5 @@ def _below(
 def _joined(
     first: tuple[NDArray[Any], ...], second: tuple[NDArray[Any], ...]
 ) -> list[NDArray[Any]]:
-    """Columns one below the other."""
+    """Join each column of the first table with that of the second."""
     return [np.concatenate(pair) for pair in zip(first, second, strict=True)]

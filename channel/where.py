@@ -1,4 +1,4 @@
-"""Where and when something applies: times, links and stretches of road."""
+"""Where and when a rule or an outage applies: times, links and stretches of road."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ Bools = NDArray[np.bool_]
 
 
 class Where:
-    """A scope of a scenario, worked out: times in ns, and who sends to whom."""
+    """A scope of a scenario, resolved: times in ns, and masks of senders and receivers."""
 
     def __init__(self, scope: Scope, *scenarios: Scenario) -> None:
-        """`scenarios`: of runs side by side, which differ only in their seed."""
+        """Take the scenarios of runs side by side, which differ only in their seed."""
         size = scenarios[0].fleet.size
         groups = [group_members(scenario) for scenario in scenarios]  # some are drawn by seed
 
@@ -36,10 +36,10 @@ class Where:
     def covers(
         self, source: Ints, destination: Ints, position: Floats, sent_ns: int
     ) -> Bools | None:
-        """Which frames (r,) that are sent at `sent_ns` it applies to; None: to none.
+        """Return to which frames, sent at `sent_ns`, the scope applies, (r,); None if to none.
 
-        source, destination: (r,), indices from 0; position: (n,), m along the road, not wrapped.
-        One end on the stretch is enough.
+        source, destination: (r,), indices from 0. position: (n,), m along the road, not wrapped. It
+        is enough that sender or receiver is on the stretch.
         """
         if not self._from_ns <= sent_ns < self._until_ns:
             return None
@@ -48,7 +48,7 @@ class Where:
         return self._sends[source] & self._hears[destination] & there
 
     def _inside(self, position: Floats) -> Bools:
-        """Who is on the stretch, (n,)."""
+        """Return which vehicles are on the stretch, (n,)."""
         place = position
         if self._ring_length_m is not None:
             place = np.mod(position, self._ring_length_m)
