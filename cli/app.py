@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
 from zenvoy.cli.new import NEW
 from zenvoy.cli.options import (
@@ -56,6 +57,7 @@ app = App(
 )
 
 
+app.add_typer(IMPORT, name="import")
 app.add_typer(NEW, name="new")
 
 

@@ -48,6 +48,7 @@ SUBFOLDERS: Final[dict[str, dict[str, set[str]]]] = {
         "errors": set(),
         "schema": {"errors"},
         "reading": {"errors", "schema"},
+        "convoys": {"errors", "schema", "reading"},
     },
 }
 

@@ -1,0 +1,1 @@
+"""Recorded convoys: tables of several cars, and the scenarios made from them."""
