@@ -25,19 +25,11 @@ class Beaconing(Protocol):
         """Sequence number of the beacon of this cycle; None: there is none."""
 
 
-class EveryCycle:
-    """As platooning does it."""
-
-    def next(self, sense: pb.Sense) -> int | None:
-        """The cycle's number."""
-        return sense.cycle
-
-
 class EveryNth:
-    """Every n-th cycle, vehicles in turn: vehicle i begins in cycle (i - 1) mod n."""
+    """Every n-th cycle, from cycle `first` on."""
 
-    def __init__(self, vehicle: int, n: int) -> None:
-        self._first, self._n = (vehicle - 1) % n, n
+    def __init__(self, n: int, first: int) -> None:
+        self._n, self._first = n, first
 
     def next(self, sense: pb.Sense) -> int | None:
         """Counts from 0."""
@@ -93,13 +85,14 @@ class EtsiCam:
 
 def beaconing(scenario: Scenario, vehicle: int) -> Beaconing:
     """The rule of a scenario, for a vehicle."""
-    match scenario.beacons.rule:
-        case "every-cycle":
-            return EveryCycle()
-        case "every-nth":
-            return EveryNth(vehicle, scenario.beacons.every)
-        case "etsi-cam":
-            own = Motion(_MOST_NS)
-            error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
-            speed = SpeedState(scenario.period_ns, scenario.estimator, error, own)
-            return EtsiCam(speed, own, scenario.period_ns)
+    if scenario.beacons.rule == "etsi-cam":
+        own = Motion(_MOST_NS)
+        error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
+        speed = SpeedState(scenario.period_ns, scenario.estimator, error, own)
+        return EtsiCam(speed, own, scenario.period_ns)
+    return EveryNth(scenario.cycles_per_beacon, first_beacon(scenario, vehicle))
+
+
+def first_beacon(scenario: Scenario, vehicle: int) -> int:
+    """Return the cycle of the first beacon of a vehicle: (i - 1) mod n in turn, 0 otherwise."""
+    return (vehicle - 1) % scenario.cycles_per_beacon if scenario.beacons_in_turn else 0

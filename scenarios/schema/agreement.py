@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario
 
 _NS_PER_S = 1_000_000_000
+_NS_PER_MS = 1_000_000
 
 
 class DisagreementError(ValueError):
@@ -131,10 +132,22 @@ def _times(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _beacons(scenario: Scenario) -> Iterator[Problem]:
-    rule, every = scenario.beacons.rule, scenario.beacons.every
-    if every != 1 and rule != "every-nth":
-        text = f"{every} is given, but beacons.rule is {rule}; allowed: 1"
+    beacons = scenario.beacons
+    if beacons.every != 1 and beacons.rule != "every-nth":
+        text = f"{beacons.every} is given, but beacons.rule is {beacons.rule}; allowed: 1"
         yield Problem(key="beacons.every", text=text, related=("beacons.rule",))
+    if beacons.period_ms is None:
+        if beacons.staggered:
+            text = "true needs beacons.period_ms; allowed without: false"
+            yield Problem(key="beacons.staggered", text=text, related=("beacons.period_ms",))
+        return
+    given = trimmed(beacons.period_ms)
+    if beacons.rule != "every-cycle":
+        text = f"{given} is given, but beacons.rule is {beacons.rule}; allowed: null"
+        yield Problem(key="beacons.period_ms", text=text, related=("beacons.rule",))
+    elif round(beacons.period_ms * _NS_PER_MS) % scenario.period_ns:
+        text = f"{given} is not a multiple of period_ms ({trimmed(scenario.period_ms)})"
+        yield Problem(key="beacons.period_ms", text=text, related=("period_ms",))
 
 
 def _clock(scenario: Scenario) -> Iterator[Problem]:

@@ -81,12 +81,12 @@ def _wait(scenario: Scenario) -> Iterator[Problem]:
 def _ages(scenario: Scenario, late_ms: float) -> Iterator[Problem]:
     """Note if data are older than the age limit before the next beacon arrives."""
     period_ms = scenario.period_ns * 1e-6
-    oldest_ms = (scenario.beacons.every - 1 + math.ceil(late_ms / period_ms)) * period_ms
+    oldest_ms = (scenario.cycles_per_beacon - 1 + math.ceil(late_ms / period_ms)) * period_ms
     limit_ms = scenario.control.beacon_age_limit_ms
     if oldest_ms > limit_ms:
         text = f"{trimmed(limit_ms)} is less than the age of data when the next beacon arrives "
         text += f"({trimmed(round(oldest_ms, 3))} ms): vehicles fall back again and again"
-        related = ("beacons.every", "channel.latency", "period_ms")
+        related = ("beacons.every", "beacons.period_ms", "channel.latency", "period_ms")
         yield Problem(key="control.beacon_age_limit_ms", text=text, related=related)
 
 

@@ -256,11 +256,15 @@ class Estimator(Section):
 class Beacons(Section):
     """When vehicles send beacons: in every cycle, in every n-th cycle (in turn), or like CAMs.
 
-    etsi-cam follows ETSI EN 302 637-2: after 4 m or 0.5 m/s, 100 to 1000 ms apart.
+    period_ms is a beacon period of its own, a multiple of the control period; null: every cycle.
+    All vehicles send at the same time, or in turn if they are staggered. etsi-cam follows ETSI EN
+    302 637-2: after 4 m or 0.5 m/s, 100 to 1000 ms apart.
     """
 
     rule: Literal["every-cycle", "every-nth", "etsi-cam"] = "every-cycle"
     every: Annotated[int, Field(ge=1, le=1000)] = 1
+    period_ms: Annotated[float, Field(ge=1, le=1_000_000)] | None = None
+    staggered: bool = False
 
 
 def _extends_in_front(schema: dict[str, Any]) -> None:
@@ -330,6 +334,18 @@ class Scenario(Section):
     def beacon_age_limit_ns(self) -> int:
         """Age beyond which a neighbour's data are no longer used, ns."""
         return round(self.control.beacon_age_limit_ms * NS_PER_MS)
+
+    @property
+    def cycles_per_beacon(self) -> int:
+        """Number of cycles from a beacon of a vehicle to its next one; at least that in CAMs."""
+        if self.beacons.period_ms is None:
+            return self.beacons.every
+        return round(self.beacons.period_ms * NS_PER_MS) // self.period_ns
+
+    @property
+    def beacons_in_turn(self) -> bool:
+        """Whether vehicles send in turn, instead of all in the same cycle."""
+        return self.beacons.rule == "every-nth" or self.beacons.staggered
 
     @property
     def cycles(self) -> int:

@@ -207,7 +207,14 @@ def whole_scenarios(draw: st.DrawFn) -> Scenario:
             "beacon_age_limit_ms": draw(st.sampled_from([150.0, 1000.0, 1e6])),
         },
         "beacons": draw(
-            st.sampled_from([{"rule": "every-cycle"}, {"rule": "every-nth", "every": 3}])
+            st.sampled_from(
+                [
+                    {"rule": "every-cycle"},
+                    {"rule": "every-nth", "every": 3},
+                    {"period_ms": 200.0},
+                    {"period_ms": 300.0, "staggered": True},
+                ]
+            )
         ),
         "sensors": {
             "error": draw(st.sampled_from([0.0, 0.03, 0.1])),

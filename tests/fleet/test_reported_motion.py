@@ -70,6 +70,7 @@ def loaded(folder: Path, *changes: str) -> Loaded:
         ("channel.loss.p=0.6", "control.model=reports.py:WITHOUT"),
         ("road.type=open", "channel.loss.p=0.3", "control.platoon.size=2"),
         ("beacons={rule: every-nth, every: 3}",),
+        ("period_ms=20", "beacons={period_ms: 100}"),
         ("vehicle.max_deceleration_mps2=0.5", "sensors.error=0.3"),
     ],
 )
@@ -80,10 +81,12 @@ def test_both_engines_log_the_same(tmp_path: Path, changes: tuple[str, ...]) -> 
     assert first_difference(in_batch(batch, 0), on_bus(scenario)) is None
 
 
-def test_processes_log_the_same(tmp_path: Path) -> None:
+@pytest.mark.parametrize("changes", [(), ("period_ms=50", "beacons.period_ms=150")])
+def test_processes_log_the_same(tmp_path: Path, changes: tuple[str, ...]) -> None:
     loaded(tmp_path)
+    given = [part for change in changes for part in ("--set", change)]
     for engine in ENGINES:
-        outcome = zenvoy(tmp_path, "run", "s.yaml", "--engine", engine, "--out", engine)
+        outcome = zenvoy(tmp_path, "run", "s.yaml", "--engine", engine, "--out", engine, *given)
         assert outcome.code == 0, outcome
     prints = {read_log(tmp_path / one / "run.mcap").result["fingerprint"] for one in ENGINES}
     assert len(prints) == 1

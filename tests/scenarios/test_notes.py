@@ -165,6 +165,11 @@ def test_built_in_scenarios_have_no_notes(name: str) -> None:
             "control.beacon_age_limit_ms: 1000 is less than the age of data when the next "
             "beacon arrives (1900 ms): vehicles fall back again and again  (s.yaml, line 1)",
         ),
+        (
+            "beacons: {period_ms: 1500}",
+            "control.beacon_age_limit_ms: 1000 is less than the age of data when the next "
+            "beacon arrives (1400 ms): vehicles fall back again and again  (s.yaml, line 1)",
+        ),
     ],
 )
 def test_each_kind_of_note(write: Write, text: str, note: str) -> None:

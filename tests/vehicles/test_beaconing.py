@@ -15,7 +15,7 @@ from tests.refused import refused
 from zenvoy.analysis import load as load_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Beacons, Estimator, Scenario, Sensors
-from zenvoy.vehicles.beaconing import EtsiCam, EveryNth, beaconing
+from zenvoy.vehicles.beaconing import EtsiCam, beaconing
 from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.state import SpeedState
@@ -107,15 +107,28 @@ def test_cams_keep_their_bounds_and_thresholds(
             last = cycle
 
 
-def test_every_nth_cycle_is_staggered_over_vehicles() -> None:
-    for n in (1, 3, 7):
-        rules = [EveryNth(vehicle, n) for vehicle in range(1, 8)]
-        for cycle in range(30):
-            numbers = [rule.next(pb.Sense(cycle=cycle)) for rule in rules]
-            senders = [vehicle for vehicle, number in enumerate(numbers) if number is not None]
-            assert senders == [vehicle for vehicle in range(7) if cycle >= vehicle % n
-                            and (cycle - vehicle % n) % n == 0]  # fmt: skip
-            assert all(numbers[vehicle] == (cycle - vehicle % n) // n for vehicle in senders)
+def beacons_of(beacons: Beacons, cycles: int = 30) -> list[list[int | None]]:
+    """Return the sequence numbers of vehicles 1 to 7 under a control period of 20 ms, by cycle."""
+    scenario = Scenario(period_ms=20.0, beacons=beacons)
+    rules = [beaconing(scenario, vehicle) for vehicle in range(1, 8)]
+    return [[rule.next(pb.Sense(cycle=cycle)) for rule in rules] for cycle in range(cycles)]
+
+
+@pytest.mark.parametrize("n", [1, 3, 7])
+def test_every_nth_cycle_is_staggered_over_vehicles(n: int) -> None:
+    found = beacons_of(Beacons(rule="every-nth", every=n))
+    for cycle, numbers in enumerate(found):
+        for vehicle, number in enumerate(numbers):
+            turn, rest = divmod(cycle - vehicle % n, n)
+            assert number == (turn if rest == 0 and turn >= 0 else None)
+    assert beacons_of(Beacons(period_ms=20.0 * n, staggered=True)) == found
+
+
+@pytest.mark.parametrize("n", [1, 3, 7])
+def test_a_beacon_period_of_its_own_is_the_same_for_all_vehicles(n: int) -> None:
+    for cycle, numbers in enumerate(beacons_of(Beacons(period_ms=20.0 * n))):
+        turn, rest = divmod(cycle, n)
+        assert numbers == [None if rest else turn] * 7
 
 
 def test_by_default_a_vehicle_sends_in_every_cycle() -> None:
@@ -138,6 +151,7 @@ beacons: {{rule: {rule}}}
     [
         ("every-cycle", 30, 120, 120),
         ("every-nth, every: 4", 30, 30, 30),
+        ("every-cycle, period_ms: 400", 30, 30, 30),
         ("etsi-cam", 30, 60, 64),
         ("etsi-cam", 0, 12, 12),
     ],
@@ -174,6 +188,17 @@ def test_wrong_settings_are_refused(tmp_path: Path) -> None:
         ("{rule: cam}", "beacons.rule: 'cam' is not one of every-cycle, every-nth, etsi-cam"),
         ("{every: 3}", "beacons.every: 3 is given, but beacons.rule is every-cycle; allowed: 1"),
         ("{rule: every-nth, every: 0}", "beacons.every: 0 is not in [1, 1000]"),
+        ("{period_ms: 250}", "beacons.period_ms: 250 is not a multiple of period_ms (100)"),
+        ("{period_ms: 50}", "beacons.period_ms: 50 is not a multiple of period_ms (100)"),
+        ("{period_ms: 0}", "beacons.period_ms: 0 is not in [1, 1e6]"),
+        (
+            "{rule: etsi-cam, period_ms: 200}",
+            "beacons.period_ms: 200 is given, but beacons.rule is etsi-cam; allowed: null",
+        ),
+        (
+            "{rule: every-nth, every: 2, staggered: true}",
+            "beacons.staggered: true needs beacons.period_ms; allowed without: false",
+        ),
     ]:
         (found,) = refused(tmp_path, f"beacons: {text}\n")
         assert found.startswith(line)

@@ -9,6 +9,7 @@ import numpy as np
 
 from zenvoy.scenarios import Scenario, Settings
 from zenvoy.vehicles.arrays.rows import Bools, Ints
+from zenvoy.vehicles.beaconing import first_beacon
 
 RULES: Final = ("every-cycle", "every-nth")
 """The rules that arrays run. The rule of CAMs needs a filter of its own for each vehicle."""
@@ -18,9 +19,10 @@ class Beaconing:
     """Sends beacons as `vehicles.beaconing` does, for the vehicles with these settings."""
 
     def __init__(self, scenario: Scenario, settings: Sequence[Settings]) -> None:
-        n = scenario.beacons.every if scenario.beacons.rule == "every-nth" else 1
-        index = np.arange(len(settings)) % scenario.fleet.size
-        self._n, self._first = n, index % n
+        size = scenario.fleet.size
+        first = [first_beacon(scenario, vehicle) for vehicle in range(1, size + 1)]
+        self._n = scenario.cycles_per_beacon
+        self._first = np.tile(np.array(first), len(settings) // size)
         self._beacons = np.array([one.beacons for one in settings])
 
     def at(self, cycle: int) -> tuple[Bools, Ints]:
