@@ -1,1 +1,1 @@
-"""The truth: dynamics, road, sensors, events, the recorder, and its process."""
+"""The world: true motion, road, sensors, events, the recorder, and its process."""

@@ -1,6 +1,6 @@
-"""Motion of vehicles whose acceleration follows its command as a first-order lag.
+"""Motion of vehicles whose acceleration follows the command with a first-order lag.
 
-With time constant τ and a constant command u, da/dt = (u - a) / τ. Motion is exact:
+With time constant τ and a constant command u, da/dt = (u - a) / τ. The motion is exact:
 
 a(t) = u + (a - u) e^(-t/τ), v(t) = v + u t + (a - u) k, x(t) = x + v t + u t²/2 + (a - u) τ (t - k)
 with k = τ (1 - e^(-t/τ)).
@@ -20,28 +20,28 @@ _HALVINGS: Final = 60  # leave less than 1e-18 of the span in which a vehicle st
 
 
 class Actuators:
-    """Actuators with time constants `lag_s` (…, n), s; 0: it follows at once.
+    """Actuators with time constants `lag_s` (…, n), s; 0: without lag.
 
-    `lagging` says which do lag. `acceleration` is what they give at present, m/s². Both are (…, n).
-    The exponentials come from the C library, one per time constant, so that a vehicle has the same
-    bits in a fleet of any size.
+    `lagging` says which actuators lag. `acceleration` is what they give at present, m/s². Both are
+    (…, n). The exponentials come from the C library, one per time constant, so that the motion of a
+    vehicle is the same, bit for bit, in a fleet of any size.
     """
 
     def __init__(self, lag_s: Floats) -> None:
         self.lagging = lag_s > 0.0
         self.acceleration: Floats = np.zeros(lag_s.shape)
-        self._lag_s = np.where(self.lagging, lag_s, 1.0)  # of those without one, nothing is used
+        self._lag_s = np.where(self.lagging, lag_s, 1.0)  # 1 is a placeholder: never used
         self._distinct_s, which = np.unique(self._lag_s, return_inverse=True)
         self._which = which.reshape(lag_s.shape)
-        self._decays: dict[float, Floats] = {}  # by length of a span
+        self._decays: dict[float, Floats] = {}  # by duration, s
 
     def advance(
         self, position: Floats, speed: Floats, command: Floats, dt_s: float
     ) -> tuple[Floats, Floats]:
-        """Return positions and speeds after dt_s of constant commands; `acceleration` follows.
+        """Return positions and speeds after dt_s of constant commands, and update `acceleration`.
 
-        Values of vehicles without a lag mean nothing. A vehicle that comes to a standstill stays
-        there until its actuator gives more than 0.
+        The results for vehicles without lag have no meaning. A vehicle that comes to a standstill
+        stays there until its actuator gives more than 0.
         """
         lag_s, decay = self._lag_s, self._decay_over(dt_s)
         start = self.acceleration
@@ -75,10 +75,10 @@ class Actuators:
 def _with_standstill(
     x: float, v: float, a: float, u: float, lag_s: float, dt_s: float
 ) -> tuple[float, float] | None:
-    """Return position and speed after dt_s of a vehicle that stands for a while; None: it does not.
+    """Return position and speed after dt_s of a vehicle that stands for a while; else None.
 
-    The acceleration changes its sign once at the most, so the speed has one lowest or one highest
-    point in between.
+    The acceleration changes sign at most once, so the speed has at most one minimum or one maximum
+    in between.
     """
 
     def at(t: float) -> tuple[float, float]:
@@ -95,7 +95,7 @@ def _with_standstill(
     stands_at = at(low)[0]
     if not (a < 0.0 < u and turns < dt_s):
         return stands_at, 0.0
-    # It moves off when its actuator gives 0, and goes on from there.
+    # The vehicle moves off when its actuator reaches 0.
     left = dt_s - turns
     k = lag_s * (1.0 - math.exp(-left / lag_s))
     return stands_at + 0.5 * u * left * left - u * lag_s * (left - k), u * left - u * k

@@ -1,4 +1,4 @@
-"""The world, whatever clock it runs on: the truth, what vehicles sense of it, and the log."""
+"""The world under either clock: it moves the vehicles, makes their readings and writes the log."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _WALL_START: Final = tag(pb.Sense.WALL_START_NS_FIELD_NUMBER, 1)
 
 
 class Begun(NamedTuple):
-    """What comes of the begin of a cycle.
+    """The results of beginning a cycle.
 
-    messages: for the others, who wait for them; none from the end of the run on. rows: for the log.
-    collided: indices of the vehicles that ran into the one ahead.
+    messages: for vehicles and channel, which wait for them; empty from the end of the run on. rows:
+    for the log. collided: indices of the vehicles that ran into the vehicle ahead.
     """
 
     messages: Sequence[Envelope] = ()
@@ -43,10 +43,11 @@ class Begun(NamedTuple):
 
 
 class World:
-    """The world of a scenario. `lock_step` and `realtime` say when it does what, in this order.
+    """The world of a scenario. `lock_step` and `realtime` decide when it does each of its steps.
 
-    For each cycle it takes in the commands that have come, begins the cycle, and writes the events
-    of it. When all is known of an earlier cycle, it writes that one's rows.
+    For each cycle it takes in the commands that have arrived, begins the cycle, and writes the
+    events of the cycle. Once all commands and frames of an earlier cycle are in, it writes the rows
+    of that cycle.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -68,26 +69,29 @@ class World:
         """Whether a collision has ended the run."""
 
     def fault_in_command(self, command: pb.Command, vehicle: int) -> str | None:
-        """What is wrong with a command; None if it is of its cycle and takes effect when due."""
+        """Return what is wrong with a command, or None.
+
+        Its times must be those at which its cycle decides and takes effect.
+        """
         decided_ns = self._decided_ns(command.cycle)
         return fault_in_command(command, vehicle, decided_ns, decided_ns + self._delay_ns)
 
     def table_of(self, links: pb.Links) -> FrameTable:
-        """The table of frames in what the channel sends; raises RefusedError as the check does."""
+        """Return the table of frames in a message of the channel; raises RefusedError."""
         return table_of(links, len(self._vehicles), links.cycle * self._period_ns)
 
     def take_in(self, commands: Iterable[pb.Command]) -> None:
-        """Keep commands, each until it takes effect."""
+        """Keep commands until they take effect."""
         self._fleet.command(commands)
 
     def let_roll(self, vehicle: int, from_ns: int) -> None:
-        """Let a vehicle roll, without acceleration, from an instant to its next command."""
+        """Let a vehicle roll without acceleration from an instant until its next command."""
         self._fleet.let_roll(vehicle, from_ns)
 
     def begin(self, cycle: int, wall_start_ns: int = 0) -> Begun:
-        """Move the truth to the begin of a cycle; after the end of the run nothing is left to do.
+        """Move the vehicles to the start of a cycle; after the end of the run, do nothing.
 
-        wall_start_ns: in real time only, when time 0 was on the machine's clock.
+        wall_start_ns: in real time only, the wall time of time 0.
         """
         if cycle > self._cycles:
             return Begun()
@@ -108,18 +112,18 @@ class World:
     def events(
         self, cycle: int, commands: Iterable[pb.Command], collided: Sequence[int]
     ) -> list[Envelope]:
-        """Events up to the begin of a cycle, for the log.
+        """Return the events up to the start of a cycle, for the log.
 
-        commands: those that are newly known. collided: as `begin` has found.
+        commands: those that arrived since the last call. collided: as `begin` returned it.
         """
         now_ns = min(cycle, self._cycles) * self._period_ns
         events = self._chronicle.write(now_ns, commands, collided)
         return events + ([self._chronicle.stop(now_ns, "collision")] if self.stopped else [])
 
     def rows(self, cycle: int, frames: bytes, commands: Mapping[int, pb.Command]) -> list[Envelope]:
-        """Rows of the log about a cycle that has ended.
+        """Return the rows of the log for a cycle that has ended.
 
-        frames: its table, a serialized pb.Frames. commands: by vehicle, those that have come.
+        frames: its table, a serialized pb.Frames. commands: those that arrived, by vehicle.
         """
         decided = Decided(cycle, self._decided_ns(cycle), self._vehicles, commands)
         return [
@@ -134,7 +138,7 @@ class World:
     def _senses(
         self, cycle: int, now_ns: int, readings: Readings, wall_start_ns: int
     ) -> list[Envelope]:
-        """Each vehicle's own readings."""
+        """Return the readings of each vehicle."""
         start = _WALL_START + wall_start_ns.to_bytes(8, "little") if wall_start_ns else b""
         rows = zip(
             self._vehicles,
@@ -148,7 +152,7 @@ class World:
         senses = []
         for vehicle, gap, relative_speed, position, speed, acceleration in rows:
             own = {"position": position, "speed": speed, "acceleration": acceleration}
-            if math.isnan(gap):  # nobody is ahead of the first vehicle of the open road
+            if math.isnan(gap):  # the first vehicle of an open road has none ahead
                 sense = _SENSE_OF_FIRST.encode(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)
             else:
                 sense = _SENSE.encode(

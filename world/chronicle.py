@@ -1,4 +1,4 @@
-"""Notices what is worth an entry in `/events`."""
+"""Entries of `/events`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TARGETS: Final = {
 
 
 class Chronicle:
-    """What is scheduled, when it is due; collisions and fallbacks, when they happen."""
+    """Writes scheduled events when they are due, and collisions and fallbacks when they happen."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scheduled = sorted(_scheduled(scenario), key=lambda event: event.time_ns)
@@ -29,13 +29,13 @@ class Chronicle:
 
     @property
     def due_ns(self) -> int | None:
-        """Instant of the next scheduled entry; None where none is left."""
+        """The time of the next scheduled entry; None if none is left."""
         return self._scheduled[0].time_ns if self._scheduled else None
 
     def write(
         self, now_ns: int, commands: Iterable[pb.Command], collided: Sequence[int]
     ) -> list[Envelope]:
-        """Entries for a step of the world at `now_ns`; `collided` holds indices of followers."""
+        """Return the entries for a step of the world to `now_ns`; collided: follower indices."""
         events = self._fallbacks(commands)
         while self._scheduled and self._scheduled[0].time_ns <= now_ns:
             events.append(self._scheduled.pop(0))
@@ -44,7 +44,7 @@ class Chronicle:
         return [self._entry(event) for event in events]
 
     def stop(self, now_ns: int, why: str) -> Envelope:
-        """Entry that says that the run ends here, before its time."""
+        """Return the entry of a run that ends early, at `now_ns`."""
         return self._entry(pb.Event(time_ns=now_ns, kind=pb.EVENT_STOPPED, text=why))
 
     def _entry(self, event: pb.Event) -> Envelope:
@@ -89,7 +89,7 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
 
 
 def _targets(switch: Switch) -> str:
-    """What changes, and within which time: "desired gap 40 m within 20 s"."""
+    """Return which targets change, and within which time: "desired gap 40 m within 20 s"."""
     said = ", ".join(_TARGETS[name].format(value) for name, value in switch.targets.items())
     return f"{said} within {switch.ramp_s:g} s" if switch.ramp_s else said
 

@@ -1,4 +1,4 @@
-"""Vehicles that run into the one ahead: who is put back, and which of it is a new collision."""
+"""Vehicles that run into the vehicle ahead: they are put back, and new collisions are found."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from zenvoy.world.road import Road
 
 Floats = NDArray[np.float64]
 
-# Vehicles that have touched must part by this much before they can collide anew.
+# Vehicles that have touched must part by this much before they can collide again.
 _APART_M: Final = 0.1
 
 
 class Contacts:
-    """Of one run or of several, each of which has a road of its own."""
+    """Contacts in one run, or in several runs, each on its own road."""
 
     def __init__(self, road: Road, length_m: float) -> None:
         self._road, self._length_m = road, length_m
-        self._touching: dict[int, frozenset[int]] = {}  # indices by run, where there are any
+        self._touching: dict[
+            int, frozenset[int]
+        ] = {}  # indices by run; runs without contact have none
         self.moved = False
-        """Whether the newest call has put a vehicle back."""
+        """Whether the newest call put a vehicle back."""
 
     def found(self, gaps: Floats, position: Floats, speed: Floats) -> list[tuple[int, int]]:
-        """Put vehicles that are too close back, in place; returns new collisions: run and index.
+        """Put back vehicles that are too close, and return new collisions: run and index.
 
-        gaps (m), position (m), speed (m/s): (n,), or (runs, n).
+        gaps (m), position (m), speed (m/s): (n,), or (runs, n). Changes position and speed in
+        place.
         """
         self.moved = False
         close = gaps < self._length_m

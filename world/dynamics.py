@@ -9,9 +9,9 @@ Floats = NDArray[np.float64]
 
 
 def advance(position: Floats, speed: Floats, a: Floats, dt_s: float) -> tuple[Floats, Floats]:
-    """Position (m) and speed (m/s) after dt_s under constant a (m/s²), all (n,).
+    """Return position (m) and speed (m/s) after dt_s at constant a (m/s²), all (…, n).
 
-    A vehicle that reaches standstill stays there: speed is never below 0.
+    A vehicle that comes to a standstill stays there: the speed is never below 0.
     """
     after = speed + a * dt_s
     stops = after < 0.0
@@ -23,5 +23,5 @@ def advance(position: Floats, speed: Floats, a: Floats, dt_s: float) -> tuple[Fl
 
 
 def acting(speed: Floats, a: Floats) -> Floats:
-    """The acceleration that acts (m/s²): braking does nothing to a vehicle that stands."""
+    """Return the acceleration that acts (m/s²): a vehicle at standstill cannot brake."""
     return np.where((speed <= 0.0) & (a < 0.0), 0.0, a)

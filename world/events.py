@@ -1,4 +1,4 @@
-"""What the scenario does to vehicles whatever their controllers say."""
+"""Events of a scenario that override the controllers of vehicles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 
 class Override(Protocol):
-    """Rules the acceleration of a vehicle while it is in force."""
+    """Sets the acceleration of a vehicle while it is in force."""
 
     @property
     def vehicle(self) -> int:
@@ -24,15 +24,18 @@ class Override(Protocol):
         ...
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
-        """Instants between the two at which the acceleration changes."""
+        """Return the instants between the two times at which the acceleration changes."""
         ...
 
     def in_force(self, time_ns: int) -> bool:
-        """Whether it rules from `time_ns` on."""
+        """Return whether the override is in force from `time_ns` on."""
         ...
 
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | float | None:
-        """What acts from `time_ns` on (m/s²) at that speed (m/s); None while not in force."""
+        """Return the acceleration from `time_ns` on (m/s²), or None while not in force.
+
+        speed: at `time_ns`, m/s.
+        """
         ...
 
 
@@ -46,20 +49,20 @@ class Braking:
     deceleration: float
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
-        """Its start and its end, where they lie between the two."""
+        """Return the start and the end of the brake if they lie between the two times."""
         return (t for t in (self.start_ns, self.end_ns) if after_ns < t < before_ns)
 
     def in_force(self, time_ns: int) -> bool:
-        """Whether it brakes."""
+        """Return whether the vehicle brakes at `time_ns`."""
         return self.start_ns <= time_ns < self.end_ns
 
     def acceleration(self, time_ns: int, speed: Floats) -> float | None:
-        """The deceleration (m/s²), while it brakes."""
+        """Return the acceleration (m/s², negative) while the vehicle brakes, else None."""
         return -self.deceleration if self.in_force(time_ns) else None
 
 
 class Returning:
-    """A vehicle goes back from a brake to the speed that it had when the brake began."""
+    """After a brake, a vehicle returns to the speed that it had when the brake began."""
 
     def __init__(self, brake: Brake) -> None:
         self.vehicle = brake.vehicle
@@ -71,18 +74,19 @@ class Returning:
         self._before: Floats | None = None
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
-        """Start and end of the brake, and its own end, where they lie between the two."""
+        """Return the start and the end of the brake, and the end of the return, in between."""
         times = (self._brakes_ns, self._start_ns, self._end_ns)
         return (t for t in times if after_ns < t < before_ns)
 
     def in_force(self, time_ns: int) -> bool:
-        """Whether it goes back."""
+        """Return whether the vehicle is returning at `time_ns`."""
         return self._start_ns <= time_ns < self._end_ns
 
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
-        """What takes it there evenly (m/s²), while it goes back.
+        """Return the constant acceleration (m/s²) of the return, else None.
 
-        The fleet asks at every change, and so at the start of the brake, when it learns the speed.
+        The fleet calls this at every change, so also at the start of the brake, where the speed to
+        return to is noted.
         """
         if self._before is None and time_ns >= self._brakes_ns:
             self._before = speed.copy()
@@ -92,14 +96,15 @@ class Returning:
 
 
 class Overrides:
-    """All events of a scenario.
+    """All events of a scenario that set accelerations.
 
-    Brakes come before speeds to follow, the hardest brake first, and returns from brakes last.
+    Brakes override speed profiles, and these override returns from brakes. Of several brakes, the
+    hardest counts.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         brakes = sorted(scenario.brakes, key=lambda brake: brake.deceleration_mps2)
-        # The later in the list, the stronger.
+        # Later entries override earlier ones.
         self._all: list[Override] = [
             *(Returning(brake) for brake in brakes if brake.return_s is not None),
             *(_following(event, scenario.period_ns) for event in scenario.profiles),
@@ -107,15 +112,18 @@ class Overrides:
         ]
 
     def changes(self, after_ns: int, before_ns: int) -> set[int]:
-        """Instants between the two at which an acceleration changes."""
+        """Return the instants between the two times at which an acceleration changes."""
         return {t for override in self._all for t in override.changes(after_ns, before_ns)}
 
     def ruled(self, time_ns: int) -> list[int]:
-        """Indices of the vehicles whose acceleration events rule from `time_ns` on."""
+        """Return the indices of the vehicles under an event from `time_ns` on."""
         return [override.vehicle - 1 for override in self._all if override.in_force(time_ns)]
 
     def applied(self, time_ns: int, a: Floats, speed: Floats) -> Floats:
-        """Accelerations (…, n) from `time_ns` on: `a` where nothing overrides it, at `speed`."""
+        """Return the accelerations from `time_ns` on (…, n): `a`, with the overrides in force.
+
+        speed: at `time_ns`, m/s, (…, n).
+        """
         applied = a
         for override in self._all:
             index = override.vehicle - 1

@@ -1,4 +1,4 @@
-"""True state of the fleet, moved by the commands that have taken effect."""
+"""The true state of the fleet, moved by the commands in effect."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ Floats = NDArray[np.float64]
 class Fleet:
     """Positions (m, not wrapped), speeds (m/s) and accelerations (m/s²) at `time_ns`.
 
-    All are (n,). With `batch`, scenarios that differ from the first in nothing but their seed, they
-    are (runs, n): runs side by side, which share the events and the instants at which commands take
-    effect.
+    All are (n,). With `batch`, scenarios that differ from the first only in their seed, they are
+    (runs, n): the runs share the events and the instants at which commands take effect.
     """
 
     def __init__(self, scenario: Scenario, batch: Sequence[Scenario] | None = None) -> None:
@@ -35,7 +34,7 @@ class Fleet:
         self.speed: Floats = np.broadcast_to(fleet.speeds_at_start_mps, shape).copy()
         self.mean_acceleration: Floats = np.zeros(shape)
         self.gaps: Floats = self.road.gaps(self.position)
-        """To the vehicle ahead, m; NaN for the first of the open road."""
+        """Gaps to the vehicle ahead, m; NaN for the first vehicle of an open road."""
         self._contacts = Contacts(self.road, fleet.length_m)
         settings = [one for run in batch or [scenario] for one in roster(run)]
         self._lowest = np.array([one.limits.lowest for one in settings]).reshape(shape)
@@ -48,14 +47,14 @@ class Fleet:
 
     @property
     def acceleration(self) -> Floats:
-        """What acts at `time_ns`, m/s²."""
+        """The accelerations that act at `time_ns`, m/s²."""
         a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
         if self._actuators is not None:
             a = np.where(self._lags(), self._actuators.acceleration, a)
         return acting(self.speed, a)
 
     def command(self, commands: Iterable[pb.Command]) -> None:
-        """Take in commands, to be applied when they take effect (at once, if that has passed)."""
+        """Take in commands; each takes effect at its time, or at once if that has passed."""
         for command in commands:
             index = command.vehicle - 1
             a = max(self._lowest[index], min(self._highest[index], command.acceleration))
@@ -66,12 +65,12 @@ class Fleet:
         self._coming.setdefault(from_ns, []).append((vehicle - 1, 0.0))
 
     def command_all(self, effective_ns: int, a: Floats) -> None:
-        """Take in a command for every vehicle, of the shape of `speed`."""
+        """Take in a command for every vehicle, in the shape of `speed`."""
         limited = np.maximum(self._lowest, np.minimum(self._highest, a))
         self._coming.setdefault(effective_ns, []).append((slice(None), limited))
 
     def advance_to(self, time_ns: int) -> list[tuple[int, int]]:
-        """Move to `time_ns`; returns who ran into the vehicle ahead: run and index, from 0."""
+        """Move to `time_ns`; return the new collisions: run and index of the follower, from 0."""
         start_ns, start_speed = self.time_ns, self.speed
         for until_ns in self._changes(time_ns):
             self._move((until_ns - self.time_ns) * 1e-9)
@@ -86,7 +85,7 @@ class Fleet:
         return collided
 
     def _move(self, dt_s: float) -> None:
-        """Move for dt_s, in which no command changes."""
+        """Move for dt_s, during which no command changes."""
         a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
         position, speed = advance(self.position, self.speed, acting(self.speed, a), dt_s)
         if self._actuators is not None:
@@ -94,25 +93,27 @@ class Fleet:
             lags = self._lags()
             position, speed = np.where(lags, moved, position), np.where(lags, after, speed)
             actual = self._actuators.acceleration
-            self._actuators.acceleration = np.where(lags, actual, a)  # a lag goes on from an event
+            self._actuators.acceleration = np.where(
+                lags, actual, a
+            )  # after an event, the lag starts from its value
         self.position, self.speed = position, speed
 
     def _lags(self) -> NDArray[np.bool_]:
-        """Whose acceleration lags now: events rule at once."""
+        """Return which accelerations lag now: events act without lag."""
         assert self._actuators is not None
         lags = self._actuators.lagging.copy()
         lags[..., self._overrides.ruled(self.time_ns)] = False
         return lags
 
     def _changes(self, time_ns: int) -> list[int]:
-        """Instants up to `time_ns` at which an acceleration changes, and `time_ns`."""
+        """Return the instants before `time_ns` at which an acceleration changes, then `time_ns`."""
         self._apply()
         changes = self._overrides.changes(self.time_ns, time_ns)
         changes.update(t for t in self._coming if t < time_ns)
         return [*sorted(changes), time_ns]
 
     def _apply(self) -> None:
-        """Let the commands take effect whose time has come."""
+        """Apply the commands whose time of effect has come."""
         for effective_ns in sorted(t for t in self._coming if t <= self.time_ns):
             commanded = self._commanded.copy()
             for which, a in self._coming.pop(effective_ns):

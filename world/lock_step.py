@@ -1,4 +1,4 @@
-"""The world in lock-step: it begins a cycle when it has the commands that act until then."""
+"""The world in lock-step: it begins a cycle once it has the commands that take effect before it."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ from zenvoy.bus.topics import COMMAND, LINKS, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import World
 
-_FARTHEST: Final = 2  # cycles ahead; more overlaps nothing more and only fills queues
+_FARTHEST: Final = 2  # cycles ahead; more would overlap no more work and only fill queues
 
 
 class LockStepWorld:
-    """Step k moves the truth to t_k and starts cycle k there, up to the end of the last cycle.
+    """Step k moves the vehicles to t_k and begins cycle k, up to the end of the last cycle.
 
-    For that it needs the commands that take effect before t_k, which with the delays of V2V are
-    not those of cycle k - 1 but older ones: so it runs `lookahead` cycles ahead of the newest
-    commands, and the cycles of world, channel and vehicles overlap. The steps after the end
-    only log what is still to come. What vehicles wait for is sent first; the log is written
-    while they work.
+    Step k needs the commands that take effect before t_k. Because of the V2V delays these are older
+    than those of cycle k - 1. So the world runs `lookahead` cycles ahead of the newest commands,
+    and the cycles of world, channel and vehicles overlap. Steps after the end only log what is
+    still to come. The world sends what vehicles wait for first, and writes the log while they work.
     """
 
     role = "world"
@@ -36,20 +35,23 @@ class LockStepWorld:
 
     @property
     def barrier(self) -> Barrier | None:
-        """Commands and links of the newest cycle that the step depends on."""
+        """The messages that the next step needs: commands and links of the newest cycle for it."""
         newest = self._step - 1 - self._lookahead
         if self._core.stopped or newest == self._cycles:
             return None
         now_ns = min(self._step, self._cycles) * self._period_ns
         if newest < 0:
             return Barrier(now_ns, 0)
-        # Topics are awaited in this order, and a stall is blamed on the first that is missing.
-        # So the single message comes before those of all vehicles.
+        # Topics are awaited in this order, and a stall is blamed on the first missing message. So
+        # the single message of the channel comes before those of all vehicles.
         needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
         return Barrier(now_ns, newest, needs)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """Commands and links are of their own cycle, and take effect when they are due."""
+        """Return why a message is refused, or None.
+
+        Commands and links must have the times of their cycle.
+        """
         if topic is not LINKS:
             return self._core.fault_in_command(message, vehicle)
         try:
@@ -59,7 +61,7 @@ class LockStepWorld:
         return None
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Move the truth to `now_ns` and begin a cycle there; log what has become known."""
+        """Move the vehicles to `now_ns`, begin a cycle there, and log what has become known."""
         cycle, self._step = self._step, self._step + 1
         ended = cycle - 1 - self._lookahead  # the cycle whose commands and links are in the inbox
         commands, rows = {}, []
@@ -73,6 +75,6 @@ class LockStepWorld:
 
 
 def lookahead(scenario: Scenario) -> int:
-    """Return by how many cycles the world is ahead of the newest commands that it has."""
+    """Return by how many cycles the world runs ahead of the newest commands that it has."""
     delay_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
     return min(delay_ns // scenario.period_ns, _FARTHEST)

@@ -1,4 +1,4 @@
-"""Memory of a process that runs for hours."""
+"""The memory of a process that runs for hours."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import ctypes
 from typing import Final
 
 _M_MMAP_THRESHOLD: Final = -3  # of malloc.h
-_LARGE: Final = 128 << 10  # bytes; where the threshold of glibc begins
+_LARGE: Final = 128 << 10  # bytes; the initial threshold of glibc
 
 
 def give_back_large_blocks() -> None:
-    """Have blocks of 128 KiB and more go back to the system as soon as they are freed.
+    """Make the C library return blocks of 128 KiB and more to the system as soon as they are freed.
 
-    glibc raises its threshold with the blocks that are freed: the buffers of a chunk, a megabyte
-    each, then lie on the heap among small ones, which keep it from shrinking. Without effect where
-    the C library has no such setting.
+    glibc raises its threshold as larger blocks are freed. Then the buffers of chunks, a megabyte
+    each, lie on the heap among small blocks, which keep the heap from shrinking. This has no effect
+    if the C library has no such setting.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:

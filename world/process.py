@@ -29,9 +29,9 @@ def run_world(
     wiring: Wiring,
     on_clock: Callable[[pb.Clock], None],
 ) -> None:
-    """Integrate and log to the end of the run; raises BusError, and OSError of a full disk, say.
+    """Run the world and log to the end of the run; raises BusError, or OSError for a full disk.
 
-    However it ends, the log at `path` is ended properly, if that can be, and says how.
+    The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
     give_back_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
@@ -54,12 +54,12 @@ def run_world(
             with bus:
                 try:
                     run_to_end()
-                except StoppedError:  # while the session is open: it knows who is gone
+                except StoppedError:  # the open session still knows which are lost
                     _end(recorder, bus.lost_processes())
                     raise
-                recorder.close()  # closing the session may wait for a peer that is frozen
+                recorder.close()  # before the session, which may wait for a frozen peer
         except StoppedError:
-            if recorder.end != "stopped":  # before the first cycle
+            if recorder.end != "stopped":  # stopped before the first cycle
                 _end(recorder, [])
             raise
 
@@ -67,7 +67,7 @@ def run_world(
 def _world_on_bus(
     scenario: Scenario, wiring: Wiring, recorder: Recorder
 ) -> tuple[ZenohBus | RealtimeBus, Callable[[], None]]:
-    """The bus with the world for the scenario's clock, and what runs it once it is open."""
+    """Return the bus with the world for the scenario's clock, and a function that runs it."""
     if scenario.clock == "realtime":
         world = RealtimeWorld(scenario)
         live = RealtimeBus(world, wiring, scenario.speed, recorder.log)
@@ -89,7 +89,7 @@ def _run_in_real_time(
     scenario: Scenario,
     absent: frozenset[int],
 ) -> None:
-    """Run to the end in real time; processes that go, come back or join are events."""
+    """Run to the end in real time, and log processes that are lost or come back as events."""
     start_ns = bus.start()
     world.start(start_ns)
     recorder.start_clock(start_ns)
@@ -97,11 +97,11 @@ def _run_in_real_time(
     stall_ns = round(scenario.stall_limit_s * 1e9 * scenario.speed)
 
     def notice() -> None:
-        recorder.flush_if_due()  # at a tenth of real time a cycle takes a second
+        recorder.flush_if_due()  # a slow clock may have a second between cycles
         _look_at_channel(world, stall_ns)
         for name, there in bus.comings_and_goings():
             if there != (name in lost):
-                continue  # one that is there for the first time
+                continue  # it joins for the first time
             lost.symmetric_difference_update({name})
             kind = pb.EVENT_PROCESS_BACK if there else pb.EVENT_PROCESS_LOST
             now_ns = bus.now_ns
@@ -111,19 +111,19 @@ def _run_in_real_time(
             recorder.log(EVENTS, now_ns, event.SerializeToString())
 
     bus.run(notice)
-    # Nobody has heard the others for so long that it counts as nothing: the run is not complete.
+    # If vehicles have not heard each other for longer than beacons count, the run is incomplete.
     _look_at_channel(world, scenario.beacon_age_limit_ns)
 
 
 def _look_at_channel(world: RealtimeWorld, limit_ns: int) -> None:
-    """Raise StalledError where the channel has been silent for longer than a time, ns."""
+    """Raise StalledError if the channel has been silent for longer than `limit_ns`."""
     if world.channel_silent_ns > limit_ns:
         silent_s = world.channel_silent_ns * 1e-9
         raise StalledError(f"no frames for the last {silent_s:.1f} s of the run", ("channel",))
 
 
 def _end(recorder: Recorder, lost: list[str]) -> None:
-    """Write the last words of a run that was asked to end."""
+    """Log the last events of a run that was asked to end."""
     recorder.end = "stopped"
     time_ns = recorder.time_ns
     events = [pb.Event(time_ns=time_ns, kind=pb.EVENT_PROCESS_LOST, text=name) for name in lost]

@@ -1,4 +1,4 @@
-"""Speeds that the scenario gives to a vehicle, as points with straight lines between them."""
+"""Speed profiles that a scenario gives to a vehicle: points with straight lines between them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,15 @@ class Profile(Protocol):
     def end_ns(self) -> int: ...
 
     def next_point(self, time_ns: int) -> tuple[int, float]:
-        """The first point after `time_ns`, which lies within: its instant (ns), its speed (m/s)."""
+        """Return time (ns) and speed (m/s) of the first point after `time_ns`.
+
+        `time_ns` must be within the profile.
+        """
         ...
 
 
 class SineProfile:
-    """A sine, or a linear chirp, with a point at every start of a cycle."""
+    """A sine, or a linear chirp, with a point at the start of every cycle."""
 
     def __init__(self, sine: Sine, period_ns: int) -> None:
         self.start_ns, self.end_ns = sine.start_ns, sine.end_ns
@@ -44,7 +47,11 @@ class SineProfile:
         self._period_ns = period_ns
 
     def next_point(self, time_ns: int) -> tuple[int, float]:
-        """mean + amplitude · sin 2π(f t + r t²/2), t from the start, r the rise of f."""
+        """Return the next start of a cycle, or the end, and the speed there.
+
+        The speed is mean + amplitude · sin 2π(f t + r t²/2): t is the time since the start, and r
+        the rate at which the frequency f rises.
+        """
         at_ns = min((time_ns // self._period_ns + 1) * self._period_ns, self.end_ns)
         t = (at_ns - self.start_ns) * _NS
         turns = self._from_hz * t + 0.5 * self._rise_hz_per_s * t * t
@@ -60,7 +67,7 @@ class TraceProfile:
         self.start_ns, self.end_ns = self._times_ns[0], self._times_ns[-1]
 
     def next_point(self, time_ns: int) -> tuple[int, float]:
-        """The first of the points after `time_ns`."""
+        """Return the first point of the trace after `time_ns`."""
         index = bisect_right(self._times_ns, time_ns)
         return self._times_ns[index], self._speeds[index]
 
@@ -69,15 +76,15 @@ class TraceProfile:
 class Following:
     """A vehicle whose speed follows a profile.
 
-    It heads for the next point from the speed it has, so what rounding, a brake or a collision
-    does to its speed is made good by the next point, and what it has at the start by the second.
+    It accelerates from its actual speed towards the next point. So the next point corrects a
+    deviation from rounding, a brake or a collision, and the second point one at the start.
     """
 
     vehicle: int
     profile: Profile
 
     def changes(self, after_ns: int, before_ns: int) -> Iterator[int]:
-        """Instants between the two at which the acceleration changes."""
+        """Yield the instants between the two times at which the acceleration changes."""
         start_ns, end_ns = self.profile.start_ns, self.profile.end_ns
         time_ns = after_ns
         if time_ns < start_ns < before_ns:
@@ -89,11 +96,14 @@ class Following:
                 yield time_ns
 
     def in_force(self, time_ns: int) -> bool:
-        """Whether `time_ns` is within the profile."""
+        """Return whether `time_ns` is within the profile."""
         return self.profile.start_ns <= time_ns < self.profile.end_ns
 
     def acceleration(self, time_ns: int, speed: Floats) -> Floats | None:
-        """What acts from `time_ns` on (m/s²) at that speed (m/s); None out of the profile."""
+        """Return the acceleration from `time_ns` on (m/s²), or None outside the profile.
+
+        speed: at `time_ns`, m/s.
+        """
         if not self.in_force(time_ns):
             return None
         at_ns, target = self.profile.next_point(time_ns)

@@ -1,4 +1,4 @@
-"""The world in real time: it begins each cycle at its instant, with whatever has come by then."""
+"""The world in real time: it begins each cycle on time, with the commands that have arrived."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import World
 from zenvoy.world.realtime_rows import Came, frames_of, realtime_row
 
-_OVERRUN_NS: Final = 1_000_000  # a cycle that begins later than this, of wall time, has overrun
+_OVERRUN_NS: Final = 1_000_000  # of wall time; a cycle that begins later than this has overrun
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EndedCycle:
-    """All that has come about a cycle that has ended.
+    """All messages about a cycle that has ended.
 
-    receivers: the commands in whose decisions its frames were to count; None: the run ends before.
+    receivers: the commands whose decisions should use its frames; None if the run ends before.
     """
 
     cycle: int
@@ -36,14 +36,15 @@ class _EndedCycle:
 
 
 class RealtimeWorld:
-    """Begins cycle k at t_k, whatever has come by then, and logs cycles that have ended.
+    """Begins cycle k at t_k, whether or not commands are missing, and logs cycles that have ended.
 
-    A command takes effect at its time, or on arrival if that is later. A vehicle that sends none
-    keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then rolls.
+    A command takes effect at its time, or on arrival if that is later. A vehicle that sends no
+    command keeps its last acceleration for as long as beacons count (`beacon_age_limit_ms`), then
+    rolls.
 
     A cycle is logged `lag` cycles later. By then its commands have taken effect, its frames have
-    been delivered, and the receivers have reported which of them came too late. It is logged three
-    quarters through that cycle, when no other process waits for the world:
+    been delivered, and the receivers have reported which frames were late. It is logged after three
+    quarters of that later cycle, when no other process waits for the world:
 
         t_k                                t_(k+lag)           + 3/4 T
         begin k, send senses, positions    begin k + lag       log k
@@ -68,31 +69,31 @@ class RealtimeWorld:
         self._lag = 1 + self._decided_later + -(-self._effect_ns // self._period_ns)
         self._wall_start_ns = 0
         self._cycle = 0  # the next to begin
-        self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of the newest command of each
-        self._acts_ns = dict.fromkeys(self._vehicles, 0)  # when that took effect
+        self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of each vehicle's newest command
+        self._acts_ns = dict.fromkeys(self._vehicles, 0)  # when that command took effect
         self._silent: set[int] = set()  # vehicles that have sent no command for too long
-        self._events: list[pb.Event] = []  # to be logged when the next cycle begins
-        # What has come about the cycles that are not logged yet, by cycle.
+        self._events: list[pb.Event] = []  # logged when the next cycle begins
+        # Messages about the cycles that are not logged yet, by cycle.
         self._began_ns: dict[int, int] = {}
-        self._commands: dict[int, dict[int, Came]] = {}  # and by vehicle
+        self._commands: dict[int, dict[int, Came]] = {}  # by cycle and vehicle
         self._tables: dict[int, list[FrameTable]] = {}
-        self._ended: _EndedCycle | None = None  # what is to be logged next
+        self._ended: _EndedCycle | None = None  # the next cycle to be logged
         self._linked_ns = 0  # when the channel last sent a table
         self._commanded_ns = 0  # when a vehicle last sent a command
         self.overruns = 0
 
     @property
     def channel_silent_ns(self) -> int:
-        """How long vehicles have sent commands, and so beacons, but the channel no table."""
+        """For how long vehicles have sent commands, and so beacons, but the channel no table."""
         return self._commanded_ns - self._linked_ns
 
     def start(self, wall_start_ns: int) -> None:
-        """Set time 0, on the machine's clock, which vehicles and channel learn from the world."""
+        """Set the wall time of time 0, which the world tells vehicles and channel."""
         self._wall_start_ns = wall_start_ns
 
     @property
     def due_ns(self) -> int:
-        """When to log a cycle that has ended, or else when the next one begins."""
+        """When to log a cycle that has ended; if there is none, when the next one begins."""
         if self._ended is not None:
             return (self._cycle - 1) * self._period_ns + self._log_after_ns
         return self._cycle * self._period_ns
@@ -104,9 +105,10 @@ class RealtimeWorld:
         return over and self._ended is None
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """A command is checked as in lock-step, and so is its report of how it kept to the clock.
+        """Return why a command is refused, or None.
 
-        Links are checked when they are taken in: to check a table is to decode it.
+        A command is checked as in lock-step, and its report of timing is checked, too. Links are
+        checked in `take_in`, because checking a table means decoding it.
         """
         if topic is LINKS:
             return None
@@ -114,7 +116,10 @@ class RealtimeWorld:
         return fault or fault_in_timing(message.timing, len(self._vehicles))
 
     def take_in(self, post: Post) -> str | None:
-        """Keep what is to be logged. A command takes effect at its time, or now if it is late."""
+        """Keep links and commands, or return why they are refused.
+
+        A command takes effect at its time, or now if it is late.
+        """
         if post.topic is LINKS:
             self._linked_ns = post.came_ns
             return self._take_in_links(post.message)
@@ -122,7 +127,7 @@ class RealtimeWorld:
         return self._take_in_command(post.vehicle, Came(post.message, post.came_ns))
 
     def _take_in_links(self, links: pb.Links) -> str | None:
-        """Keep a table until its cycle is logged; one with a sender of another table is refused."""
+        """Keep a table until its cycle is logged; refuse one that repeats a sender."""
         if not self._oldest <= links.cycle < self._cycle:
             return STALE
         try:
@@ -138,7 +143,7 @@ class RealtimeWorld:
         return None
 
     def _take_in_command(self, vehicle: int, came: Came) -> str | None:
-        """Keep a command until its cycle is logged; one that comes after a newer one is refused."""
+        """Keep a command until its cycle is logged; refuse one that arrives after a newer one."""
         command, came_ns = came
         if not self._newest[vehicle] < command.cycle < self._cycle:
             return STALE
@@ -155,11 +160,11 @@ class RealtimeWorld:
 
     @property
     def _oldest(self) -> int:
-        """The first cycle that is still to be logged."""
+        """The oldest cycle that is not logged yet."""
         return self._cycle - self._lag
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Log a cycle that has ended, or else begin the next one."""
+        """Log a cycle that has ended; if there is none, begin the next one."""
         if self._ended is not None:
             ended, self._ended = self._ended, None
             return self._rows_of(ended)
@@ -181,7 +186,7 @@ class RealtimeWorld:
         ]
 
     def _release(self, until_ns: int) -> None:
-        """Let vehicles roll that have sent no command for too long."""
+        """Let vehicles roll if they have sent no command for too long."""
         for vehicle, acts_ns in self._acts_ns.items():
             ends_ns = acts_ns + self._hold_ns
             if ends_ns <= until_ns and vehicle not in self._silent:
@@ -194,7 +199,7 @@ class RealtimeWorld:
         self._events.append(pb.Event(cycle=cycle, time_ns=time_ns, kind=kind, vehicle=vehicle))
 
     def _end(self, cycle: int) -> _EndedCycle:
-        """What is known of a cycle that is to be logged."""
+        """Collect all messages about a cycle that is to be logged."""
         receivers, decided = None, cycle + self._decided_later
         if decided < self._cycles:
             receivers = [came.command for came in self._commands.get(decided, {}).values()]
@@ -207,7 +212,7 @@ class RealtimeWorld:
         )
 
     def _rows_of(self, ended: _EndedCycle) -> list[Envelope]:
-        """Rows of the log about a cycle that has ended."""
+        """Return the rows of the log for a cycle that has ended."""
         cycle, start_ns = ended.cycle, ended.cycle * self._period_ns
         frames = frames_of(cycle, start_ns, ended.tables, ended.receivers)
         commands = {vehicle: came.command for vehicle, came in ended.commands.items()}

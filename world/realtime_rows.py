@@ -1,4 +1,4 @@
-"""Rows of the log about a cycle in real time, of which anything may be missing. Pure."""
+"""Rows of the log for a cycle in real time, of which any message may be missing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NO_TIMING: Final = pb.Timing(sensed_ns=-1, decided_ns=-1)
 
 
 class Came(NamedTuple):
-    """A command, and when it came (ns)."""
+    """A command, and when it arrived (ns)."""
 
     command: pb.Command
     came_ns: int
@@ -31,12 +31,12 @@ def frames_of(
     tables: Sequence[FrameTable],
     receivers: Sequence[pb.Command] | None,
 ) -> bytes:
-    """The frames of a cycle as they are logged: a serialized pb.Frames.
+    """Return the frames of a cycle as they are logged: a serialized pb.Frames.
 
-    tables: those that came for the cycle, with different senders each. One that came alone stays
-    as it is; several are joined. receivers: the commands in whose decisions the frames were to
-    count, as far as they came; None where the run ends before. A frame that its receiver does not
-    report there missed that decision, and becomes late.
+    tables: those that arrived for the cycle, each with other senders. A single table stays as it
+    is; several are joined. receivers: the commands whose decisions should use the frames, as far as
+    they arrived; None if the run ends before. A frame that its receiver does not report there
+    missed that decision, and is logged as late.
     """
     table = tables[0] if len(tables) == 1 else _joined(cycle, time_ns, tables)
     if receivers is None:
@@ -50,11 +50,11 @@ def frames_of(
 
 
 def _joined(cycle: int, time_ns: int, tables: Sequence[FrameTable]) -> FrameTable:
-    """One table of any number of them, by source, then destination."""
+    """Join any number of tables into one, sorted by source, then destination."""
     at = {"cycle": cycle, "time_ns": time_ns}
     if not tables:
         return frame_table(FRAMES_CODEC.encode(**at))
-    # Each table has its own busy ratios. That of the first one is about the most frames.
+    # Each table has its own busy ratios. Those of the first table cover the most frames.
     beside = {*at, "busy_ratio"}
     names = [name for name in tables[0].columns if name not in beside]
     whole = {name: np.concatenate([one.columns[name] for one in tables]) for name in names}
@@ -67,7 +67,7 @@ def _joined(cycle: int, time_ns: int, tables: Sequence[FrameTable]) -> FrameTabl
 def _missed(
     columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command]
 ) -> NDArray[np.intp]:
-    """Rows of frames that were delivered, but are in the report of no receiver."""
+    """Return the rows of frames that were delivered but that no receiver reports."""
     reported = {
         (source, command.vehicle, arrived_ns)
         for command in receivers
@@ -90,7 +90,10 @@ def realtime_row(
     vehicles: Sequence[int],
     commands: Mapping[int, Came],
 ) -> Envelope:
-    """How a cycle kept to the clock. commands: by vehicle, those that came; else times are -1."""
+    """Return the row with the timing of a cycle.
+
+    commands: those that arrived, by vehicle; the times of other vehicles are -1.
+    """
     came = [commands.get(vehicle) for vehicle in vehicles]
     timings = [_NO_TIMING if one is None else _timing_of(one.command) for one in came]
     frames = [len(timing.source) for timing in timings]

@@ -1,4 +1,4 @@
-"""Writes the run to MCAP as it goes, and fingerprints it."""
+"""Writes a run to an MCAP file while it goes on, and computes its fingerprint."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from zenvoy.bus.log_metadata import LAWS, RESULT, RUN, ResultMetadata, RunMetada
 from zenvoy.bus.log_writer import LogWriter
 from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
-# A world that is killed loses 0.5 s at the most: this and a cycle of real time.
+# If the world is killed, at most 0.5 s are lost: this and a cycle of real time.
 _FLUSH_NS: Final = 350_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Labels:
-    """What the log says of the run that made it."""
+    """What the log says about its run."""
 
     scenario_name: str
     scenario_text: str
@@ -41,17 +41,17 @@ class Labels:
     run: str
     per_process: int
     notes: tuple[str, ...] = ()
-    """On the scenario, a line each."""
+    """Notes on the scenario, one line each."""
     laws: Mapping[str, str] = field(default_factory=dict)
-    """Facts about laws of the scenario's own, by mode."""
+    """Facts about the scenario's own laws, by mode."""
 
 
 class Recorder:
-    """The log of one run. Use as a context; leaving it ends the file properly.
+    """The log of one run, to be used as a context manager, which finishes the file properly.
 
-    `on_clock` gets every cycle's clock message, to publish it and to show progress;
-    `overruns` is asked how many cycles have begun late, so far. Wall time counts from
-    `start_clock`, or else from the first cycle.
+    `on_clock` gets the clock message of every cycle, to publish it and to show progress.
+    `overruns` returns how many cycles have begun late so far. Wall time counts from `start_clock`,
+    which entering the context calls first.
     """
 
     def __init__(self, path: Path, labels: Labels, clock: WallClock) -> None:
@@ -91,17 +91,17 @@ class Recorder:
         self.close()
 
     def close(self) -> None:
-        """End the file, with the result in it; nothing happens where it has ended."""
+        """Write the result and finish the file, unless it is already finished."""
         if self._file.closed:
             return
-        self._writer.flush()  # the result stands after all messages
+        self._writer.flush()  # the result comes after all messages
         self._writer.add_metadata(RESULT, sealed(self.result()))
         self._writer.finish()
         self._file.close()
 
     @property
     def time_ns(self) -> int:
-        """Simulation time of the last cycle logged."""
+        """The simulation time of the last cycle logged."""
         return int(self._last.time_ns)
 
     def start_clock(self, at_ns: int | None = None) -> None:
@@ -109,14 +109,14 @@ class Recorder:
         self._start_ns = self._flushed_ns = self._clock() if at_ns is None else at_ns
 
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
-        """Write one message under an instant of simulation time."""
+        """Write one message with its simulation time."""
         self._fingerprint.add(topic.log_name, time_ns, payload)
         self._write(topic, time_ns, payload)
         if topic is TRUTH:
             self._tick(time_ns)
 
     def result(self) -> dict[str, str]:
-        """Return the entries of zenvoy.result, as they stand now."""
+        """Return the current entries of zenvoy.result."""
         return ResultMetadata(
             end=self.end,
             fingerprint=self._fingerprint.hexdigest(),
@@ -125,7 +125,7 @@ class Recorder:
         ).written()
 
     def _tick(self, time_ns: int) -> None:
-        """Say what the wall clock says of this cycle; flush now and then."""
+        """Log the wall time of this cycle, and flush the file if it is due."""
         now_ns = self._clock()
         wall_ns = now_ns - self._start_ns
         self._last = pb.Clock(
@@ -140,7 +140,7 @@ class Recorder:
         self._flush_if_due(now_ns)
 
     def flush_if_due(self) -> None:
-        """Write what was logged for so long that it would be missed; to be called out of waits."""
+        """Flush the file if the last flush is too long ago; called while the world waits."""
         self._flush_if_due(self._clock())
 
     def _flush_if_due(self, now_ns: int) -> None:
@@ -167,7 +167,7 @@ class Recorder:
 
 
 def metadata_of(labels: Labels) -> RunMetadata:
-    """Return who made the log, from what, with which versions."""
+    """Return the metadata of the run: its scenario, sizes, bus, machine and versions."""
     return RunMetadata(
         scenario=labels.scenario_name,
         seed=labels.seed,
@@ -191,7 +191,7 @@ def _versions() -> dict[str, str]:
 
 
 def _descriptors() -> bytes:
-    """The whole of messages.proto, as a FileDescriptorSet."""
+    """Return messages.proto as a FileDescriptorSet."""
     files = descriptor_pb2.FileDescriptorSet()
     pb.DESCRIPTOR.CopyToProto(files.file.add())
     return files.SerializeToString()

@@ -1,4 +1,4 @@
-"""Rows of the log: what a cycle was, in order of vehicle."""
+"""Rows of the log: one message per cycle, with a value per vehicle in each column."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _NO_COMMAND: Final = pb.Command(
     predicted_speed=nan,
     age_ns=-1,
 )
-"""What a row says of a vehicle that has sent no command: nothing known, nothing decided."""
+"""What a row holds for a vehicle that sent no command: nothing known, nothing decided."""
 
 
 class Decided(NamedTuple):
-    """What the vehicles have decided in a cycle, at `time_ns`.
+    """What the vehicles decided in a cycle, at `time_ns`.
 
-    commands: by vehicle. One may be missing in real time.
+    commands: by vehicle; in real time some may be missing.
     """
 
     cycle: int
@@ -53,14 +53,14 @@ class Decided(NamedTuple):
 
     @property
     def in_order(self) -> list[pb.Command]:
-        """A command for each vehicle, in order of vehicle."""
+        """The commands of all vehicles, in order of vehicle."""
         return [self.commands.get(vehicle, _NO_COMMAND) for vehicle in self.vehicles]
 
 
 def truth_row(
     cycle: int, time_ns: int, position: Floats, speed: Floats, acceleration: Floats
 ) -> Envelope:
-    """Where the vehicles are (m), how fast (m/s), and their mean accelerations (m/s²), (n,)."""
+    """Return the row of true positions (m), speeds (m/s) and mean accelerations (m/s²), (n,)."""
     message = pb.FleetTruth(
         cycle=cycle,
         time_ns=time_ns,
@@ -72,7 +72,7 @@ def truth_row(
 
 
 def radar_row(cycle: int, time_ns: int, readings: Readings, acceleration: Floats) -> Envelope:
-    """What the vehicles read, (n,)."""
+    """Return the row of the readings of the vehicles, (n,); acceleration: m/s²."""
     message = pb.FleetRadar(
         cycle=cycle,
         time_ns=time_ns,
@@ -86,7 +86,7 @@ def radar_row(cycle: int, time_ns: int, readings: Readings, acceleration: Floats
 
 
 def command_row(decided: Decided) -> Envelope:
-    """Accelerations decided (m/s²) and when they take effect."""
+    """Return the row of accelerations decided (m/s²) and the times at which they take effect."""
     commands = decided.in_order
     columns: dict[str, Iterable[float]] = {
         "acceleration": [command.acceleration for command in commands],
@@ -96,9 +96,10 @@ def command_row(decided: Decided) -> Envelope:
 
 
 def estimate_row(decided: Decided, with_neighbours: bool, columns: Mapping[int, int]) -> Envelope:
-    """Estimates and predictions behind the commands; `with_neighbours`: and how many counted.
+    """Return the row of the estimates and predictions behind the commands.
 
-    columns: how many values the laws of the scenario's own log, by mode.
+    with_neighbours: whether to add the number of neighbours that counted. columns: how many values
+    each law logs, by mode.
     """
     commands = decided.in_order
     values: dict[str, Iterable[float]] = {
@@ -117,13 +118,13 @@ def estimate_row(decided: Decided, with_neighbours: bool, columns: Mapping[int, 
 def row_of(
     topic: Topic[Any], cycle: int, time_ns: int, columns: Mapping[str, Iterable[float]]
 ) -> Envelope:
-    """Return the message of a topic with these columns, a number per vehicle in each."""
+    """Return the message of a topic with these columns, each with a value per vehicle."""
     message = topic.message(cycle=cycle, time_ns=time_ns, **columns)
     return Envelope(topic, 0, message.SerializeToString(), time_ns)
 
 
 def _logged(commands: Sequence[pb.Command], columns: Mapping[int, int]) -> Iterator[float]:
-    """Column by column, a number per vehicle; NaN where it is under another law."""
+    """Yield the values of laws column by column, one per vehicle; NaN under another law."""
     for mode, count in columns.items():
         for index in range(count):
             for command in commands:

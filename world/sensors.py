@@ -1,4 +1,4 @@
-"""What the sensors read: the truth, wrong by a share of itself."""
+"""Readings of the sensors: true values with errors."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from zenvoy.scenarios import Sensors
 
 Floats = NDArray[np.float64]
 
-_BLOCK: Final = 64  # cycles drawn at once: a draw costs by the call more than by the number
-_AT_ONCE: Final = 8_192  # but no more numbers than the caches hold
+_BLOCK: Final = 64  # cycles drawn at once, because a draw costs more per call than per number
+_AT_ONCE: Final = 8_192  # numbers drawn at once at the most, so that they fit the caches
 
 
 class Readings(NamedTuple):
-    """Of each vehicle (n,): radar gap (m) and relative speed (m/s), own position and speed."""
+    """Radar gap (m) and relative speed (m/s), own position (m) and speed (m/s), all (…, n)."""
 
     gap: Floats
     relative_speed: Floats
@@ -26,10 +26,10 @@ class Readings(NamedTuple):
 
 
 class SensorSet:
-    """Sensors of the whole fleet; a reading's error is keyed by seed, vehicle and cycle."""
+    """The sensors of the whole fleet, whose errors are keyed by seed, vehicle and cycle."""
 
     def __init__(self, settings: Sensors, seed: ArrayLike, size: int) -> None:
-        """`seed`: a number, or a column (runs, 1) of them."""
+        """Take the seed: a number, or a column (runs, 1) of numbers."""
         self._settings = settings
         self._seed = np.asarray(seed, np.uint64)
         self._vehicles = np.arange(1, size + 1)
@@ -38,10 +38,11 @@ class SensorSet:
         self._first = -1
 
     def read(self, cycle: int, gap: Floats, position: Floats, speed: Floats) -> Readings:
-        """Readings of a cycle from the true gaps (m), positions (m) and speeds (m/s), all (…, n).
+        """Return the readings of a cycle from true gaps (m), positions (m), speeds (m/s), (…, n).
 
-        Gaps and absolute speeds are read with an error. The radar's relative speed carries that
-        of the absolute speed of the vehicle ahead; it does not depend on the own speedometer.
+        Gaps and speeds are read with a relative error, positions with an absolute one. The error of
+        the radar's relative speed is relative to the speed of the vehicle ahead, and independent of
+        the host's own speedometer.
         """
         errors = self._of_cycle(cycle)
         ahead = np.concatenate((speed[..., -1:], speed[..., :-1]), axis=-1)
