@@ -1,4 +1,4 @@
-"""What every participant is: a plain object that says what it waits for, and a pure step."""
+"""Participants: plain objects that say which messages they wait for, and step without a clock."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ M = TypeVar("M", bound=Message)
 
 
 class Envelope(NamedTuple):
-    """A message on its way: its stream, the vehicle whose stream it is (0: none), its bytes.
+    """A message in transit: its stream, the vehicle to which that belongs (0: none), its bytes.
 
-    `time_ns` is the instant it is logged under, where it is logged.
+    `time_ns` is its time in the log, if it is logged.
     """
 
     topic: Topic[Any]
@@ -25,7 +25,7 @@ class Envelope(NamedTuple):
 
 
 class Barrier(NamedTuple):
-    """What an agent needs before its next step, and the instant of that step (ns)."""
+    """The messages that an agent needs for its next step, and the time of that step (ns)."""
 
     now_ns: int
     cycle: int
@@ -33,7 +33,7 @@ class Barrier(NamedTuple):
 
 
 class Inbox:
-    """The messages a barrier asked for: for each topic, in order of vehicle."""
+    """The messages that a barrier asked for, by topic, in order of vehicle."""
 
     __slots__ = ("_mail",)
 
@@ -41,48 +41,48 @@ class Inbox:
         self._mail = mail
 
     def all(self, topic: Topic[M]) -> list[M]:
-        """Messages of `topic`, in order of vehicle."""
+        """Return the messages of `topic`, in order of vehicle."""
         return [message for message, _ in self._mail[topic]]
 
     def one(self, topic: Topic[M]) -> M:
-        """The one message of `topic`."""
+        """Return the only message of `topic`."""
         ((decoded, _),) = self._mail[topic]
         message: M = decoded
         return message
 
     def each(self) -> list[Inbox]:
-        """An inbox for each vehicle, in order: its own message of each topic."""
+        """Return an inbox for each vehicle, in order, with its own message of each topic."""
         shares = zip(*self._mail.values(), strict=True)
         return [
             Inbox({t: [one] for t, one in zip(self._mail, share, strict=True)}) for share in shares
         ]
 
     def with_payloads(self, topic: Topic[M]) -> list[tuple[M, bytes]]:
-        """Messages of `topic`, each with its bytes on the wire, in order of vehicle."""
+        """Return the messages of `topic` and their bytes as received, in order of vehicle."""
         return self._mail[topic]
 
 
 Log = Callable[[Topic[Any], int, bytes], None]
-"""Takes what is logged: its topic, its instant of simulation time (ns), its bytes."""
+"""Takes a message to be logged: its topic, its simulation time (ns), its bytes."""
 
 
 class Participant(Protocol):
-    """Who takes part in a run, and which streams are its own."""
+    """A participant of a run, and which streams belong to it."""
 
     @property
     def name(self) -> str:
-        """Name of its process: `world`, `channel`, `vehicle-07`."""
+        """The name of its process: `world`, `channel`, `vehicle-07`."""
 
     @property
     def role(self) -> str:
-        """`world`, `channel` or `vehicle`: which topics it reads."""
+        """`world`, `channel` or `vehicle`; decides which topics it reads."""
 
     @property
     def vehicles(self) -> tuple[int, ...]:
-        """Numbers of the vehicles that it is; none for world and channel."""
+        """The numbers of its vehicles; empty for world and channel."""
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """Why a message to it makes no sense, in a word; None where it does. It changes nothing."""
+        """Return in a word why a message to it is refused, or None; change nothing."""
 
 
 class Agent(Participant, Protocol):
@@ -90,7 +90,7 @@ class Agent(Participant, Protocol):
 
     @property
     def barrier(self) -> Barrier | None:
-        """What it waits for; None when it is done."""
+        """The messages that it waits for; None when it is done."""
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """React to the messages of its barrier; returns what it sends, in order."""
+        """React to the messages of its barrier, and return what it sends, in order."""

@@ -1,4 +1,4 @@
-"""What has come and was not read yet, with a reader that is not woken for everything."""
+"""A queue of items whose reader is not woken for every item."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from zenvoy.bus.clock import wall_ns
 
 T = TypeVar("T")
 
-# Items that do not wake the reader alone wake it when so many have gathered. With fewer of them it
-# wakes up more often; with more it has too much to do at its deadline.
+# Items that do not wake the reader by themselves wake it when so many have gathered. A lower number
+# wakes it more often; a higher one leaves it too much to do at its deadline.
 _WAKE_AFTER: Final = 8
 
 
 class Arrivals(Generic[T]):
-    """A queue for one reader. Some items wake it only when several of them have gathered."""
+    """A queue for one reader. Some items wake the reader only when several have gathered."""
 
     def __init__(self) -> None:
         self._waking: SimpleQueue[T | None] = SimpleQueue()  # None: enough items are waiting
@@ -27,17 +27,17 @@ class Arrivals(Generic[T]):
         return len(self._waiting) + self._waking.qsize()
 
     def put(self, item: T) -> None:
-        """Add one, and wake the reader."""
+        """Add an item, and wake the reader."""
         self._waking.put(item)
 
     def put_without_waking(self, item: T) -> None:
-        """Add one that may wait until its reader is awake."""
+        """Add an item that may wait until the reader is awake."""
         self._waiting.append(item)
         if len(self._waiting) % _WAKE_AFTER == 0:
             self._waking.put(None)
 
     def get(self, until_ns: int) -> T:
-        """The next one; by `until_ns` of wall time there must be one, or Empty is raised."""
+        """Return the next item; raises Empty if there is none by `until_ns` of wall time."""
         while True:
             if self._catching_up and self._waiting:
                 return self._waiting.popleft()

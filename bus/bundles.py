@@ -1,4 +1,4 @@
-"""Payloads of several vehicles in one message, as shared processes send and get them."""
+"""Payloads of several vehicles in one message, as shared processes send and receive them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Parcel = tuple[int, bytes]
 
 
 class Bundle:
-    """Payloads of one stream, to the vehicles of a shared process or from them, for one message."""
+    """Payloads of one stream to or from the vehicles of a shared process, for one message."""
 
     def __init__(self) -> None:
         self._parcels: list[Parcel] = []

@@ -1,7 +1,7 @@
-"""Whether a message makes sense: what its reader knows of it before it is used. Pure.
+"""Checks of messages against what their reader already knows, before they are used.
 
-Each `fault_in_…` returns the reason to refuse a message; None where there is none. It says nothing
-about who wrote it: a forged message that passes all checks looks like a real one.
+Each `fault_in_…` returns the reason to refuse a message, or None. It cannot tell who wrote the
+message: a forged message that passes all checks looks like a real one.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ def fault_in_sense(sense: pb.Sense, vehicle: int, time_ns: int) -> str | None:
 
 
 def fault_in_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None:
-    """Check a beacon as `fault_in_sense` checks a sense, and its plan and its sequence number.
+    """Check a beacon as `fault_in_sense` checks a sense, and also its plan and sequence number.
 
-    A sequence number is at most the cycle: no beacon rule sends faster than once a cycle, and loss
-    models step through every number, so that a huge one would keep the channel busy.
+    A sequence number is at most the cycle, because no beacon rule sends more than once per cycle.
+    Loss models step through all numbers, so a huge number would keep the channel busy.
     """
     if beacon.vehicle != vehicle:
         return FOREIGN
@@ -45,12 +45,12 @@ def fault_in_beacon(beacon: pb.Beacon, vehicle: int, time_ns: int) -> str | None
         return MISTIMED
     planned = len(beacon.planned_acceleration)
     if len(beacon.planned_from_ns) != planned or bool(planned) == beacon.silent:
-        return MALFORMED  # without a plan a sense would pass for a beacon
+        return MALFORMED  # without this check, a sense would pass for a beacon
     return None if is_sane(beacon) and beacon.sequence <= beacon.cycle else ABSURD
 
 
 def is_sane(beacon: pb.Beacon) -> bool:
-    """Whether all of a beacon's numbers are finite."""
+    """Return whether all numbers of a beacon are finite."""
     ahead = beacon.ahead
     motion = beacon.acceleration + beacon.speed + beacon.position + ahead.gap + ahead.speed
     motion += beacon.commanded_acceleration
@@ -58,7 +58,7 @@ def is_sane(beacon: pb.Beacon) -> bool:
 
 
 def is_of(payload: bytes, vehicle: int) -> bool:
-    """Whether it is a beacon of that vehicle, whatever else it says."""
+    """Return whether a payload is a beacon of that vehicle, whatever else it says."""
     try:
         return pb.Beacon.FromString(payload).vehicle == vehicle
     except DecodeError:
@@ -75,7 +75,7 @@ def fault_in_positions(positions: pb.Positions, size: int, time_ns: int) -> str 
 
 
 def fault_in_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:
-    """Check all but the beacons inside; time_ns None: in real time, any time is right."""
+    """Check everything but the beacons inside; time_ns is None in real time, where any is valid."""
     if receive.vehicle != vehicle:
         return FOREIGN
     if time_ns is not None and receive.time_ns != time_ns:
@@ -97,12 +97,12 @@ def fault_in_command(
 
 
 def _is_mode(mode: int) -> bool:
-    """Whether a mode is one of the list, or of a law of the scenario's own."""
+    """Return whether a mode is one of pb.Mode, or that of one of the scenario's own laws."""
     return mode in _MODES or pb.MODE_OWN <= mode < _MOST_MODES
 
 
 def fault_in_timing(timing: pb.Timing, size: int) -> str | None:
-    """Check a command's report of real time: its frames come from vehicles of the fleet."""
+    """Check the timing in a command: its columns match, and its frames come from the fleet."""
     rows = len(timing.source)
     if len(timing.arrived_ns) != rows or len(timing.came_ns) != rows:
         return MALFORMED
@@ -110,14 +110,15 @@ def fault_in_timing(timing: pb.Timing, size: int) -> str | None:
 
 
 def table_of(links: pb.Links, size: int, time_ns: int) -> FrameTable:
-    """The table that the channel reports for the cycle that starts at `time_ns`.
+    """Return the table of frames that the channel reports for the cycle that starts at `time_ns`.
 
-    Raises RefusedError unless it is well formed, of that cycle, and of a fleet of `size` vehicles.
+    Raises RefusedError unless the table is well formed, has the times of that cycle, and is about a
+    fleet of `size` vehicles.
     """
     if links.time_ns != time_ns:
         raise RefusedError(MISTIMED)
     payload = links.frames
-    if not payload:  # to protobuf this is a table too: one without frames, of cycle 0
+    if not payload:  # protobuf would read a table of cycle 0 without frames
         raise RefusedError(MALFORMED)
     try:
         table = frame_table(payload)

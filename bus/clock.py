@@ -20,14 +20,14 @@ def pause() -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    # Without it a caller that polls would keep a core busy, which the fleet needs. What comes of a
-    # cycle depends on which messages have come, and never on when a caller looks for them.
+    # Without it, polling would keep a core busy that the fleet needs. The results of a cycle depend
+    # on which messages have arrived, never on when a caller looks for them.
     time.sleep(0.0002)
 
 
 @dataclass(frozen=True, slots=True)
 class WallTime:
-    """Simulation time on the wall clock. Time 0 is at `start_ns`, and time runs at `speed`.
+    """Simulation time on the wall clock: time 0 is at `start_ns`, and time runs at `speed`.
 
     On Linux all processes of a machine have the same `wall_ns`, so they can share a start.
     """
@@ -45,5 +45,5 @@ class WallTime:
 
 
 def stamp() -> str:
-    """Return local date and time to the second, for names of folders."""
+    """Return the local date and time to the second, for names of folders."""
     return datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")

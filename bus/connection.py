@@ -32,19 +32,19 @@ class Wiring:
     connect: tuple[str, ...] = ()
     waits_for: tuple[str, ...] = ()  # processes that must be ready before this one is
     stall_limit_s: float | None = None
-    absent: frozenset[int] = frozenset()  # vehicles that may join later: nobody waits for them
-    shared_processes: tuple[VehicleProcess, ...] = ()  # those that run several vehicles each
+    absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
+    shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
 
 
 class Connection(ABC):
     """Subscriptions, publications and readiness of one participant.
 
-    Use it as a context. Entering returns when each of its publications has a reader, and when each
-    process that it waits for has declared its liveliness token. Then it declares its own.
+    Use it as a context manager. Entering waits until each publication has a reader and each process
+    to wait for has declared its liveliness token. Then it declares the token of its own process.
     """
 
     realtime = False
-    """Whether it runs in real time. Then publishers drop messages rather than wait for a reader."""
+    """Whether it runs in real time, so that publishers drop messages instead of waiting."""
 
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
@@ -75,7 +75,7 @@ class Connection(ABC):
         self.on_idle: Callable[[], None] = lambda: None
         """Called now and then during a long wait."""
         self.refusals = Refusals(participant.name)
-        """Messages that were refused."""
+        """The messages that were refused."""
 
     @property
     def session(self) -> zenoh.Session:
@@ -110,14 +110,14 @@ class Connection(ABC):
         self._watch.__exit__(kind, error, trace)
         self.refusals.report_counts()
         if error is not None:
-            return  # the process is about to end, and closing may wait for a frozen peer
+            return  # the process ends anyway, and closing may wait for a frozen peer
         self._session.close()
 
     def send(self, envelopes: Iterable[Envelope]) -> None:
         """Log messages, publish them, or both, as their topics say, in order.
 
-        Messages of one stream that belong to a shared process are bundled. A bundle is published
-        when it is full, when it has a message of each vehicle, or else at the end.
+        Messages of one stream to or from a shared process are bundled. A bundle is published when
+        it is full, when it has a message of each vehicle, or at the end.
         """
         bundles: dict[str, Bundle] = {}
         for topic, vehicle, payload, time_ns in envelopes:
@@ -206,7 +206,7 @@ class Connection(ABC):
 
     @property
     def _most_tokens(self) -> int:
-        """How many changes of tokens may wait to be read."""
+        """The number of changes of tokens that may wait to be read."""
         return 4 * len(self._wiring.vehicles) + 64
 
     def _subscribe(self) -> None:
@@ -233,7 +233,7 @@ class Connection(ABC):
     def _written(self, fleet: Iterable[int]) -> dict[str, str]:
         """Return the keys that it writes for a fleet, each with the process that reads it.
 
-        The process is "" where no reader is required.
+        The process is "" if no reader is required.
         """
         agent = self._participant
         return {
@@ -244,7 +244,7 @@ class Connection(ABC):
         }
 
     def _wait_for_readers(self) -> None:
-        """Wait until each publisher has a subscriber; what is published earlier would be lost."""
+        """Wait until each publisher has a subscriber; earlier messages would be lost."""
         present = [one for one in self._wiring.vehicles if one not in self._wiring.absent]
         for key, reader in self._written(present).items():
             if not reader:
@@ -277,8 +277,8 @@ class Connection(ABC):
     def _blame(self, in_any_case: bool) -> Blame | None:
         """Return what this process waits for; None if another process should report the stall.
 
-        It is called when a wait has lasted for the stall limit. Before the
-        first step, the process waits for a reader or for the start of another process.
+        It is called when a wait has lasted for the stall limit. Before the first step, the process
+        waits for a reader or for the start of another process.
         """
         return self._awaited
 
@@ -292,7 +292,7 @@ class Connection(ABC):
         )
 
     def _idle(self) -> None:
-        """Act when a wait goes on for long."""
+        """Call `on_idle` during a long wait."""
         self.on_idle()
 
     def _owners_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 
 class BusError(Exception):
-    """Base of all errors of the bus."""
+    """The base of all errors of the bus."""
 
 
 class StalledError(BusError):
     """A barrier was not met within the stall limit; the text names what is missing.
 
-    `culprits` are the processes that should have sent it, where they are known.
+    `culprits` are the processes that should have sent it, if they are known.
     """
 
     def __init__(self, text: str, culprits: Sequence[str] = ()) -> None:

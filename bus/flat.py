@@ -1,7 +1,7 @@
-"""Serializes messages that are all numbers of fixed width, in one go.
+"""Serializes messages that consist of numbers of fixed width, with one call of `struct`.
 
-Such a message has the same length and the same tags whatever it says, so one `struct` call writes
-it. Building the protobuf object first costs several times as much, in every vehicle and cycle.
+Such a message always has the same length and the same tags. Building the protobuf object first
+takes several times as long, in every vehicle and cycle.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ _CODES: Final = {
 
 
 class FlatEncoder:
-    """Encoder of one message type, without the fields in `leave_out`.
+    """An encoder of one message type, without the fields in `leave_out`.
 
-    Fields are single numbers, enums below 128, or messages of such; raises TypeError where one
-    that is not left out is something else. A field of a nested message is called by both names:
-    `gap` of `ahead` is `ahead_gap`.
+    Fields are single numbers, enums below 128, or messages of these. Raises TypeError for any other
+    field that is not left out. The name of a nested field has both names: `gap` of `ahead` is
+    `ahead_gap`.
     """
 
     encode: Callable[..., bytes]
     """Serializes a message from its numbers, each given by the name of its field.
 
-    Raises TypeError where a field is missing, unknown or given without its name, and struct.error
-    where a number's range does not fit.
+    Raises TypeError if a field is missing, unknown or given without its name, and struct.error if a
+    number is out of range.
     """
 
     def __init__(self, descriptor: Descriptor, leave_out: tuple[str, ...] = ()) -> None:
         numbers = list(_numbers(descriptor, leave_out))
         self.names = tuple(number.name for number in numbers)
-        """Names of the fields, in order of field number."""
+        """The names of the fields, in order of field number."""
         self.encode = _compiled(numbers)
 
 
@@ -55,9 +55,9 @@ def alone(descriptor: Descriptor, name: str) -> FlatEncoder:
 
 
 class ColumnEncoder:
-    """Encoder of a repeated field of one message type, for a few numbers of fixed width.
+    """An encoder of a repeated field of one message type, for a few numbers of fixed width.
 
-    For many of them there is `packed`: arrays cost more, but not by the number.
+    For many numbers use `packed`: the cost of an array hardly depends on their number.
     """
 
     def __init__(self, descriptor: Descriptor, name: str) -> None:
@@ -68,9 +68,9 @@ class ColumnEncoder:
             raise TypeError(f"{descriptor.name}.{name} is not a column of numbers of fixed width")
 
     def encode(self, values: Sequence[Any]) -> bytes:
-        """The field, to be appended to a serialized message; nothing where it is empty.
+        """Return the field, to be appended to a serialized message; b"" if it is empty.
 
-        Raises struct.error where a number's range does not fit.
+        Raises struct.error if a number is out of range.
         """
         if not values:
             return b""
@@ -80,7 +80,7 @@ class ColumnEncoder:
 
 @cache
 def _column(number: int, code: str, count: int) -> tuple[bytes, struct.Struct]:
-    """What stands before the numbers of a column, and the format of it all."""
+    """Return the bytes before the numbers of a column, and the format of the whole field."""
     head = tag(number, 2) + varint(count * struct.calcsize("<" + code))
     return head, struct.Struct(f"<{len(head)}s{count}{code}")
 
@@ -94,15 +94,15 @@ class _Number(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Bytes of the number and of what stands before it."""
+        """The length of the number and its head, bytes."""
         return len(self.head) + struct.calcsize("<" + self.code)
 
 
 def _numbers(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Number]:
-    """The numbers of a message in order of field number, those of nested messages in place.
+    """Yield the numbers of a message in order of field number, nested messages in place.
 
-    The head of a number is the tag of its field. A nested message begins with its own tag and its
-    length; these two are put before the tag of its first number, and so become part of its head.
+    The head of a number is the tag of its field. A nested message begins with its own tag and
+    length; these become part of the head of its first number.
     """
     for field in sorted(descriptor.fields, key=lambda field: field.number):
         if field.name in leave_out:
@@ -121,14 +121,15 @@ def _numbers(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Nu
 
 
 def _compiled(numbers: Sequence[_Number]) -> Callable[..., bytes]:
-    """A function with a keyword for each number, in any order, that packs them in theirs.
+    """Return a function that takes each number by keyword and packs them in order of field.
 
     For the heads and names `(b"\r", "cycle"), (b"\x11", "time_ns")` it is
 
         lambda *, cycle, time_ns: pack(b"\r", cycle, b"\x11", time_ns)
 
-    as source text, because then the interpreter matches keywords to fields: that costs less than
-    to look each one up and to copy a list of arguments. All names come from messages.proto.
+    compiled from source text, because then the interpreter matches keywords to fields. That costs
+    less than looking up each keyword and copying a list of arguments. All names come from
+    messages.proto.
     """
     names = [number.name for number in numbers]
     if len(set(names)) < len(names):

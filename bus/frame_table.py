@@ -1,4 +1,4 @@
-"""The table of the frames of a cycle, as it comes from the channel."""
+"""The table of the frames of a cycle, as the channel sends it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ FRAME_COLUMNS: Final = (
 class FrameTable(NamedTuple):
     """A serialized pb.Frames, and its fields as arrays.
 
-    Columns have a row per frame and receiver. Beside them: `cycle` and `time_ns`, which are 0-d,
-    `busy_ratio` by vehicle, and `hops`; the last two may be empty.
+    Columns have a row per frame and receiver, except `cycle` and `time_ns`, which are 0-d, and
+    `busy_ratio`, which is by vehicle. `busy_ratio` and `hops` may be empty.
     """
 
     payload: bytes
@@ -41,7 +41,7 @@ class FrameTable(NamedTuple):
 
 
 def frame_table(payload: bytes) -> FrameTable:
-    """Decode a serialized pb.Frames; raises ValueError where its columns do not go together."""
+    """Decode a serialized pb.Frames; raises ValueError if its columns do not match."""
     columns = FRAMES_CODEC.decode(payload)
     rows = len(columns["source"])
     if any(len(columns[name]) != rows for name in FRAME_COLUMNS):

@@ -23,7 +23,7 @@ class _Seat:
 
 
 class InProcessBus:
-    """Runs agents until they are done; `log` takes what they log, in the order of sending."""
+    """Runs agents until they are done; `log` takes messages to be logged, in order of sending."""
 
     def __init__(self, agents: Sequence[Agent], log: Log) -> None:
         self._seats = [_Seat(agent) for agent in agents]

@@ -1,4 +1,4 @@
-"""What a process that joins a run later asks, and what the world answers."""
+"""Queries of a process that joins a run later, and the answers of the world."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class RunState(NamedTuple):
 def offer(
     session: zenoh.Session, run: str, shared: Sequence[VehicleProcess], scenario: Answer
 ) -> tuple[object, ...]:
-    """Answer queries for the state of `run`, for as long as the result is kept.
+    """Answer queries for the state of `run`, as long as the result is kept.
 
-    A joining process cannot see the tokens of other vehicles, as nothing is relayed between peers.
-    The world sees all of them.
+    A joining process cannot see the tokens of other vehicles, because peers relay nothing. The
+    world sees all of them.
     """
     present: set[str] = set()
 
@@ -84,7 +84,7 @@ def _state(scenario: bytes, answer: Any) -> RunState:
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:
-    """Call `call` when the world of `run` has gone, for as long as the result is kept."""
+    """Call `call` when the world of `run` disappears, as long as the result is kept."""
 
     def note(sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:

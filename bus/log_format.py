@@ -10,16 +10,17 @@ from typing import Final
 
 from zenvoy.bus.topics import CLOCK, REALTIME, TOPICS
 
-# Log times are simulation time plus this, 2000-01-01T00:00:00Z. Readers take 0 for "unknown".
+# Times in a log are simulation time plus this epoch, 2000-01-01T00:00:00Z, because readers take 0
+# for "unknown".
 EPOCH_NS: Final = 946_684_800 * 1_000_000_000
 
 SCENARIO: Final = "scenario.yaml"
-"""Attachment with the scenario as its file has it."""
+"""Attachment with the scenario as written in its file."""
 EFFECTIVE: Final = "effective.json"
 """Attachment with the scenario and all its values, including defaults."""
 
 WALL_TIME: Final = frozenset({CLOCK.log_name, REALTIME.log_name})
-"""Topics with wall times: the fingerprint leaves them out, since they differ in every run."""
+"""Topics with wall times, which the fingerprint leaves out because they differ in every run."""
 
 CHUNK_BYTES: Final = 1 << 20
 """The message that takes a chunk past this size closes it."""
@@ -33,15 +34,15 @@ _NAMES: Final = {
 
 
 class Fingerprint:
-    """SHA-256 over the messages of a run in the order of the log, except those of wall time."""
+    """SHA-256 over the messages of a run in the order of the log, without those with wall times."""
 
     def __init__(self) -> None:
         self._digest = hashlib.sha256()
 
     def add(self, topic: str, time_ns: int, payload: bytes | memoryview) -> None:
-        """Add a message of `topic` (its name in the log) at an instant of simulation time.
+        """Add a message; topic: its name in the log; time_ns: its simulation time.
 
-        Topics that are not Zenvoy's are ignored.
+        Topics that Zenvoy does not declare are ignored.
         """
         name = _NAMES.get(topic)
         if name is None:
@@ -56,9 +57,9 @@ class Fingerprint:
 
 
 def chunk_limit(vehicles: int) -> int:
-    """Return how many bytes a chunk of a log of `vehicles` may unpack to; more is damage.
+    """Return how many bytes a chunk of a log of `vehicles` may unpack to; more means damage.
 
     A chunk has at most CHUNK_BYTES and one more message. The largest message has a row per frame
-    and receiver: some 60 bytes for each pair of vehicles, twice that with second copies.
+    and receiver: about 60 bytes for each pair of vehicles, or twice that with second copies.
     """
     return min((64 << 20) + 160 * vehicles * vehicles, 1 << 30)

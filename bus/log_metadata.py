@@ -1,4 +1,4 @@
-"""The metadata records of a log, each with its writing and its reading."""
+"""The metadata records of a log: how each is written and read."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import EPOCH_NS
 
 RUN: Final = "zenvoy.run"
-"""What made the log, and from which scenario. Written first."""
+"""The program and the scenario that made the log. Written first."""
 RESULT: Final = "zenvoy.result"
 """How the run ended. Written last."""
 LAWS: Final = "zenvoy.laws"
-"""Laws that are not in the library, by mode; only in logs of runs with such laws."""
+"""Laws that are not in the library, by mode; present only if the run has such laws."""
 REPAIR: Final = "zenvoy.repair"
-"""What a repair found and left out; only in repaired logs."""
+"""What a repair found and left out; present only in repaired logs."""
 
 CHECKSUM: Final = "sha256"
 """Key of a metadata record for the checksum of its other entries."""
@@ -32,7 +32,7 @@ _OPTIONAL: Final = frozenset({"vehicles_per_process", NOTES})
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunMetadata:
-    """The record zenvoy.run. Its keys are the names of these fields."""
+    """The record zenvoy.run. Its keys are the names of the fields."""
 
     scenario: str
     """Name of the scenario."""
@@ -75,8 +75,8 @@ class RunMetadata:
 def read_run(entries: Mapping[str, str], instead: RunMetadata) -> tuple[dict[str, str], list[str]]:
     """Return the entries of zenvoy.run, corrected, and a sentence on each correction.
 
-    An entry that readers rely on comes from `instead` if it is missing, or if it must be a number
-    and is not.
+    An entry that readers rely on comes from `instead` if it is missing, or if it should be a number
+    but is not.
     """
     read, faults = dict(entries), []
     for key, value in instead.written().items():
@@ -132,7 +132,7 @@ class ResultMetadata:
 
 
 def simulated_s(time_ns: int) -> str:
-    """Return simulated time as zenvoy.result has it, s."""
+    """Return the simulated time as written in zenvoy.result, s."""
     return f"{time_ns * 1e-9:.9g}"
 
 
@@ -141,9 +141,9 @@ _RESULT_NUMBERS: Final = ("cycles", "simulated_s", "wall_s", "real_time_factor")
 
 
 def read_result(entries: Mapping[str, str]) -> tuple[dict[str, str], list[str]]:
-    """Return the valid entries of zenvoy.result, and a sentence on each other one.
+    """Return the valid entries of zenvoy.result, and a sentence on each fault.
 
-    An entry that must be a number and is not is left out.
+    An entry that should be a number but is not is left out.
     """
     read = dict(entries)
     faults = [

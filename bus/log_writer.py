@@ -1,8 +1,8 @@
 """An MCAP writer with all checksums, whose memory hardly grows with the log.
 
-The `mcap` package keeps an index object of about 700 bytes for each chunk until the file ends,
-which is a megabyte per 20,000 cycles of 40 vehicles. Here an index is kept as the compressed bytes
-of its record, about 50 bytes.
+The `mcap` package keeps an index object of about 700 bytes for each chunk until the file ends: a
+megabyte per 20,000 cycles of 40 vehicles. This writer keeps the compressed bytes of the record,
+about 50 bytes for each chunk.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from mcap.writer import Writer
 
 from zenvoy.bus.log_format import CHUNK_BYTES
 
-_PER_BLOCK: Final = 128  # indexes that are compressed as one block
+_PER_BLOCK: Final = 128  # indexes compressed as one block
 _HEAD: Final = 9  # bytes of a record before its content
 _INDEX_LIST: Final = "_Writer__chunk_indices"  # the package's own list; there is no option for it
 
 
 class LogWriter(Writer):
-    """A writer of logs: zstd, with a CRC of each chunk, of the data section and of the summary."""
+    """A writer of logs: zstd, with CRCs of each chunk, of the data section and of the summary."""
 
     def __init__(self, file: IO[bytes]) -> None:
         super().__init__(file, chunk_size=CHUNK_BYTES, enable_crcs=True, enable_data_crcs=True)
@@ -63,5 +63,5 @@ class ChunkIndexes:
 
     @property
     def nbytes(self) -> int:
-        """Size of what is kept, bytes."""
+        """The memory that the indexes take, bytes."""
         return sum(map(len, self._blocks)) + self._open.count

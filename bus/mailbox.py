@@ -1,4 +1,4 @@
-"""Keeps messages until a barrier is met, in whatever order they come."""
+"""Keeps messages until a barrier is met, in whatever order they arrive."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.refusals import DUPLICATE, EARLY, MALFORMED, STALE
 from zenvoy.bus.topics import Topic
 
-# A message may be this many cycles ahead of the last one taken; others are refused. In a fleet,
-# messages are at most 3 ahead: the world begins at most two cycles before the oldest one ends, and
-# a delivery may be one cycle ahead.
+# A message may be this many cycles ahead of the last one taken; later ones are refused. In a fleet,
+# messages are at most 3 cycles ahead: the world runs at most two cycles ahead of the oldest one
+# that has not ended, and a delivery may be one more ahead.
 WINDOW: Final = 8
 
 Check = Callable[[Topic[Any], int, Any], str | None]
-"""Returns why to refuse a message, given its topic and vehicle, or None."""
+"""Takes a message with its topic and vehicle, and returns why it is refused, or None."""
 
 
 class Mailbox:
     """Messages by topic, cycle and vehicle.
 
-    Refused messages are counted in `rejected` by reason, and change nothing. `check` is applied
-    last. It is None on a bus that no other program can write to.
+    Refused messages are counted in `rejected` by reason, and change nothing else. `check` is
+    applied last. It is None on a bus that no other program can write to.
     """
 
     def __init__(self, check: Check | None = None) -> None:
@@ -57,12 +57,12 @@ class Mailbox:
         return reason
 
     def has(self, topic: Topic[Any], cycle: int, count: int) -> bool:
-        """Return whether `count` vehicles' messages of that topic and cycle have come."""
+        """Return whether messages of `count` vehicles have arrived for that topic and cycle."""
         return len(self._mail.get((topic, cycle), ())) >= count
 
     def met(self, barrier: Barrier) -> bool:
-        """Return whether all messages that the barrier needs have come."""
-        for topic, ids in barrier.needs:  # a plain loop, as this runs after every message
+        """Return whether all messages that the barrier needs have arrived."""
+        for topic, ids in barrier.needs:  # a plain loop, because this runs after every message
             if len(self._mail.get((topic, barrier.cycle), ())) < len(ids):
                 return False
         return True
@@ -77,7 +77,7 @@ class Mailbox:
         ]
 
     def describe_missing(self, barrier: Barrier) -> str:
-        """Return what the barrier still waits for, in words, with at most five messages."""
+        """Return what the barrier still waits for, in words; name at most five messages."""
         missing = self.missing(barrier)
         shown = [
             topic.name if vehicle == 0 else f"{topic.name} of vehicle {vehicle}"

@@ -1,7 +1,7 @@
-"""Columns of numbers to and from protobuf's packed fixed-width fields, through numpy.
+"""Converts columns of numbers to and from protobuf's packed fixed-width fields, with numpy.
 
-A packed repeated field of fixed width is its numbers, little endian, one after the other: an
-array already. Filling a repeated field element by element costs 20 to 50 times as much.
+A packed repeated field of fixed width is an array already: its numbers, little endian, one after
+the other. Filling a repeated field element by element takes 20 to 50 times as long.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class PackedCodec:
             self._fields[field.number << 3 | wire] = (field.name, dtype, repeated)
 
     def encode(self, **values: Any) -> bytes:
-        """Serialized message. Fields left out, and empty columns, are absent."""
+        """Return the serialized message, without fields left out and empty columns."""
         parts: list[bytes] = []
         for name, value in values.items():
             head, dtype, repeated = self._tags[name]
@@ -55,9 +55,9 @@ class PackedCodec:
         return b"".join(parts)
 
     def decode(self, payload: bytes | memoryview) -> dict[str, NDArray[Any]]:
-        """Arrays by field name: 1-d for repeated fields, 0-d for single ones; absent ones too.
+        """Return an array for each field, by name: 1-d for repeated fields, 0-d for single ones.
 
-        Raises ValueError as `spans` does.
+        Absent fields are empty or 0. Raises ValueError as `spans` does.
         """
         found: dict[str, NDArray[Any]] = {
             name: np.zeros(0 if repeated else (), dtype)
@@ -70,10 +70,10 @@ class PackedCodec:
         return found
 
     def spans(self, payload: bytes | memoryview) -> dict[str, tuple[int, int]]:
-        """Where the numbers of each field that is there begin, and their size, in bytes.
+        """Return where the numbers of each field present begin, and their size, in bytes.
 
-        Raises ValueError where the payload has a field that the type does not, is cut, or has a
-        column in pieces (which no encoder of this project makes).
+        Raises ValueError if the payload has a field that the type does not have, is cut, or has a
+        column in pieces (which no encoder of this project writes).
         """
         found: dict[str, tuple[int, int]] = {}
         at = 0
@@ -96,9 +96,9 @@ class PackedCodec:
         return found
 
     def with_column(self, payload: bytes, name: str, values: NDArray[Any]) -> bytes:
-        """The same message with other numbers in a column, as many as there are.
+        """Return the message with the numbers of a column replaced by as many others.
 
-        Raises ValueError as `spans` does, and where their number differs.
+        Raises ValueError as `spans` does, and if the number of values differs.
         """
         _, dtype, _ = self._tags[name]
         at, size = self.spans(payload).get(name, (0, 0))
@@ -110,24 +110,24 @@ class PackedCodec:
         return payload[:at] + data + payload[at + size :]
 
     def fields(self) -> dict[str, tuple[np.dtype[Any], bool]]:
-        """Type of each field's numbers, and whether it is a column, by name."""
+        """Return the type of the numbers of each field, and whether it is a column, by name."""
         return {name: (dtype, repeated) for name, (_, dtype, repeated) in self._tags.items()}
 
 
 def encode_bytes(number: int, payload: bytes) -> bytes:
-    """One value of a bytes or message field, to be appended to a serialized message."""
+    """Return one value of a bytes or message field, to be appended to a serialized message."""
     return tag(number, _LENGTH_DELIMITED) + varint(len(payload)) + payload
 
 
 @cache
 def tag(number: int, wire: int) -> bytes:
-    """What stands before a field's value: its number and protobuf wire type."""
+    """Return the tag of a field, which comes before its value: its number and wire type."""
     return varint(number << 3 | wire)
 
 
-@lru_cache(maxsize=1_024)  # lengths come again and again
+@lru_cache(maxsize=1_024)  # the same lengths occur again and again
 def varint(value: int) -> bytes:
-    """A number of 0 or more in protobuf's variable-width encoding."""
+    """Return a number of 0 or more in protobuf's variable-width encoding."""
     parts = bytearray()
     while value > 0x7F:
         parts.append(value & 0x7F | 0x80)

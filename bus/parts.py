@@ -14,7 +14,7 @@ from zenvoy.bus.errors import PayloadError
 MAX_PAYLOAD_BYTES: Final = 60_000
 _PART: Final = struct.Struct("<III")
 _MAX_PARTS: Final = 4_096
-# Memory for incomplete payloads, whose missing parts may never come.
+# Memory for incomplete payloads, whose missing parts may never arrive.
 _MAX_KEPT_BYTES: Final = 64_000_000
 _OVERHEAD_BYTES: Final = 500  # per piece, in memory
 
@@ -33,7 +33,7 @@ def split(payload: bytes) -> Iterator[tuple[bytes, bytes]]:
 class Joiner:
     """Joins pieces into payloads, even if pieces of several payloads are interleaved.
 
-    The checksum says which pieces belong to one payload. When incomplete payloads take too much
+    The checksum tells which pieces belong to one payload. If incomplete payloads take too much
     memory, the oldest are dropped.
     """
 
@@ -43,7 +43,7 @@ class Joiner:
         self._kept_bytes = 0
 
     def join(self, stream: Hashable, piece: bytes, attachment: bytes) -> bytes | None:
-        """Return the whole payload with its last piece, and None before.
+        """Return the whole payload once its last piece has arrived, and None before.
 
         Raises PayloadError if the attachment is not valid, if a piece comes twice, or if the whole
         does not match its checksum.

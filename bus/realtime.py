@@ -1,7 +1,7 @@
-"""The Zenoh bus in real time: an agent acts when its time has come, whoever is missing.
+"""The Zenoh bus in real time: an agent acts on time, whether or not messages are missing.
 
-Lateness is dealt with in one way everywhere: a message counts for a deadline if it came by then,
-also where the process gets round to it only later.
+One rule decides lateness everywhere: a message counts for a deadline if it arrived by then, even if
+the process reads it later.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from zenvoy.bus.topics import Topic
 
 _FOR_EVER_S: Final = 1e9
 _WAIT_S: Final = 0.5
-_LEAD_NS: Final = 100_000_000  # from the start being known to the first cycle
-_AT_ONCE_NS: Final = 10_000_000_000  # a message that says when time 0 was must come within this
-_ROUNDING_NS: Final = 1_000_000  # a message comes no earlier than this before its own time
-_MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport does
+_LEAD_NS: Final = 100_000_000  # from setting the start to the first cycle
+_AT_ONCE_NS: Final = 10_000_000_000  # the greatest delay of a message that sets time 0
+_ROUNDING_NS: Final = 1_000_000  # how far before its own time a message may arrive
+_MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport would do
 _MOST_EARLY: Final = 1_000
 
 
 class Post(NamedTuple):
-    """A message that has come, and when (ns of simulation time)."""
+    """A message, and when it arrived (ns of simulation time)."""
 
     topic: Topic[Any]
     vehicle: int
@@ -41,33 +41,34 @@ class Post(NamedTuple):
 
 
 class RealtimeAgent(Participant, Protocol):
-    """A participant in real time. All instants that it gets are simulation time, ns."""
+    """A participant in real time. All times that it gets are simulation time, ns."""
 
     may_wait: frozenset[Topic[Any]]
-    """Streams whose messages may wait until it acts: none of them wakes the process by itself."""
+    """Streams whose messages may wait until it acts; one alone does not wake the process."""
 
     sends_together: bool
-    """Whether the results of several acts that are due at one instant are sent together."""
+    """Whether the results of several acts due at the same time are sent together."""
 
     @property
     def due_ns(self) -> int | None:
-        """When it acts next, at once where that has passed; None: not before it hears more."""
+        """When it acts next (at once if that has passed); None: after the next message."""
 
     @property
     def done(self) -> bool:
-        """Whether it has nothing more to do in this run."""
+        """Whether it has finished this run."""
 
     def take_in(self, post: Post) -> str | None:
-        """Keep a message; the reason where it is refused, which is mostly that it is stale."""
+        """Keep a message, or return the reason why it is refused, such as that it is stale."""
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Do what is due; returns what it sends, in order."""
+        """Do what is due, and return what it sends, in order."""
 
 
 def admit(agent: RealtimeAgent, post: Post) -> str | None:
-    """Hand an agent a message that the checks have passed; return a reason if it is refused.
+    """Hand an agent a message that has passed the checks; return the reason if it is refused.
 
-    A message with a time in the future is refused: the agent would treat all earlier ones as stale.
+    A message with a time in the future is refused: after it, the agent would treat all earlier ones
+    as stale.
     """
     if post.message.time_ns > post.came_ns + _ROUNDING_NS:
         return EARLY
@@ -75,7 +76,7 @@ def admit(agent: RealtimeAgent, post: Post) -> str | None:
 
 
 class _Sample(NamedTuple):
-    """What Zenoh has handed over, and when (ns of wall time)."""
+    """A sample, and when Zenoh handed it over (ns of wall time)."""
 
     came_ns: int
     topic: Topic[Any]
@@ -83,7 +84,7 @@ class _Sample(NamedTuple):
 
 
 class RealtimeBus(Connection):
-    """Drives an agent in real time: it takes in what came by the instant that is due, and acts."""
+    """Drives an agent in real time: it takes in the messages that arrived in time, and acts."""
 
     realtime = True
 
@@ -96,22 +97,25 @@ class RealtimeBus(Connection):
         self._wall: WallTime | None = None
         self._came = Arrivals[_Sample]()
         self._next: _Sample | None = None
-        self._early: list[Post] = []  # what came before the start was known, by wall time
+        self._early: list[Post] = []  # messages before the start was known, with wall times
 
     def start(self) -> int:
-        """Let time 0 be soon; returns when, in ns of wall time. For the one who sets the time."""
+        """Set time 0 to shortly after now, and return it in ns of wall time.
+
+        Only the process that sets the time, the world, calls this.
+        """
         self._wall = WallTime(wall_ns() + _LEAD_NS, self._speed)
         return self._wall.start_ns
 
     @property
     def now_ns(self) -> int:
-        """Simulation time; 0 before the start."""
+        """The simulation time; 0 before the start."""
         return 0 if self._wall is None else self._wall.time_ns(wall_ns())
 
     def run(self, after_turn: Callable[[], None] = lambda: None) -> None:
         """Let the agent act until it is done; raises StoppedError or StalledError.
 
-        `after_turn` is called after each message and each thing done.
+        `after_turn` is called after each message and each act.
         """
         self._watch.ignore_stalls()
         while not self._agent.done:
@@ -119,7 +123,7 @@ class RealtimeBus(Connection):
             after_turn()
 
     def turn(self) -> None:
-        """Wait for the next message or instant that is due, whichever is first, and see to it."""
+        """Wait for the next message or the next due time, whichever is first, and handle it."""
         agent = self._agent
         due_ns = agent.due_ns
         until_ns = None if due_ns is None or self._wall is None else self._wall.wall_ns(due_ns)
@@ -131,7 +135,7 @@ class RealtimeBus(Connection):
         self.send(self._acts())
 
     def _acts(self) -> list[Envelope]:
-        """What comes of all that is due at once."""
+        """Let the agent act, and return what it sends; with `sends_together`, for all acts due."""
         agent = self._agent
         sent = agent.act(self.now_ns)
         while agent.sends_together and agent.due_ns is not None and agent.due_ns <= self.now_ns:
@@ -139,7 +143,7 @@ class RealtimeBus(Connection):
         return sent
 
     def _peek(self, until_ns: int | None) -> _Sample | None:
-        """What came first, or comes by `until_ns` of wall time; None where nothing has."""
+        """Return the first sample that arrives by `until_ns` of wall time, or None."""
         if self._next is None:
             try:
                 self._next = self._watch.wait(lambda: self._take(until_ns))
@@ -148,12 +152,16 @@ class RealtimeBus(Connection):
         return self._next
 
     def _take(self, until_ns: int | None) -> _Sample:
-        """The next of the queue; raises Empty, or StalledError where nobody gives the time."""
+        """Return the next sample in the queue.
+
+        Raises Empty after `until_ns`. If that is None, the process waits for the world to set time
+        0, and StalledError is raised after the stall limit.
+        """
         if until_ns is not None:
             return self._came.get(until_ns)
         limit_s = self._wiring.stall_limit_s or _FOR_EVER_S
-        # By short waits: a request to end that comes just before one is seen after it only, and one
-        # who was stopped past the limit finds what has come meanwhile.
+        # Short waits: a request to end that arrives just before a wait is seen only after it, and a
+        # process that was stopped past the limit still finds what has arrived in the meantime.
         for _ in range(math.ceil(limit_s / _WAIT_S)):
             try:
                 return self._came.get(wall_ns() + round(min(limit_s, _WAIT_S) * 1e9))
@@ -177,7 +185,7 @@ class RealtimeBus(Connection):
                 self._place(post)
 
     def _place(self, post: Post) -> None:
-        """Tell the agent of it, now or once the start is known."""
+        """Hand a message to the agent, now or once the start is known."""
         start_ns = getattr(post.message, "wall_start_ns", 0)
         if self._wall is None and start_ns and self._may_start(post, start_ns):
             self._wall, early = WallTime(start_ns, self._speed), self._early.copy()
@@ -192,7 +200,7 @@ class RealtimeBus(Connection):
             self._tell(post, self._wall)
 
     def _may_start(self, post: Post, start_ns: int) -> bool:
-        """Whether one that says when time 0 was has come at about the time that it bears."""
+        """Return whether a message that sets time 0 arrived at about its own time."""
         sent_ns = WallTime(start_ns, self._speed).wall_ns(post.message.time_ns)
         return sent_ns - _ROUNDING_NS <= post.came_ns < sent_ns + _AT_ONCE_NS
 
@@ -205,7 +213,10 @@ class RealtimeBus(Connection):
         self.refusals.add(reason, self._keys[post.topic, post.vehicle])
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
-        """Stores what comes, with the time, in Zenoh's own thread: another would wake up later."""
+        """Return a callback that stores samples with their time of arrival.
+
+        It runs in Zenoh's own thread, because another thread would wake up later.
+        """
         came = self._came
         keep = came.put_without_waking if topic in self._agent.may_wait else came.put
 

@@ -1,4 +1,4 @@
-"""What was refused: counted by reason, and reported once for each reason and source."""
+"""Refused messages: counted by reason, and reported once for each reason and source."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import sys
 from collections import Counter
 from typing import Final
 
-MALFORMED: Final = "malformed"  # not a message of its topic, or columns that do not go together
-FOREIGN: Final = "foreign"  # on the key of nobody here, or of another vehicle than its key's
-STALE: Final = "stale"  # of a cycle that is over
-EARLY: Final = "early"  # of a cycle that cannot have begun
+MALFORMED: Final = "malformed"  # not a message of its topic, or its columns do not match
+FOREIGN: Final = "foreign"  # the key belongs to nobody here, or to another vehicle
+STALE: Final = "stale"  # its cycle is over
+EARLY: Final = "early"  # its cycle cannot have begun
 DUPLICATE: Final = "duplicate"  # the first one counts
-MISTIMED: Final = "mistimed"  # of another time than its cycle's
-ABSURD: Final = "absurd"  # numbers that nothing can come of
-OVERFLOW: Final = "overflow"  # in real time: more than the process can read
+MISTIMED: Final = "mistimed"  # its time is not that of its cycle
+ABSURD: Final = "absurd"  # its numbers make no sense, such as NaN or an unknown mode
+OVERFLOW: Final = "overflow"  # in real time: more messages than the process can read
 
-# Whoever sends rubbish must not fill the disk with what is said of it.
+# Reports about a program that sends rubbish must not fill the disk.
 _MOST_REPORTED: Final = 20
 _LONGEST_SOURCE: Final = 100
 
@@ -29,7 +29,7 @@ class RefusedError(Exception):
 
 
 class Refusals:
-    """Refused messages of one process; what it reports goes to its log, by way of stderr."""
+    """The refused messages of one process. Reports go to stderr, and so to the process's log."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -38,13 +38,13 @@ class Refusals:
         self.total = 0
 
     def add(self, reason: str, source: str) -> None:
-        """Count one; `source` is the key that it came on."""
+        """Count a refused message; source: the key on which it arrived."""
         self.counts[reason] += 1
         self.total += 1
         reported = self._reported
         if len(reported) > _MOST_REPORTED:
             return
-        kind = reason, ascii(source[:_LONGEST_SOURCE])  # a key may hold anything, also line ends
+        kind = reason, ascii(source[:_LONGEST_SOURCE])  # a key may contain anything, even line ends
         if kind in reported:
             return
         reported.add(kind)
@@ -56,7 +56,7 @@ class Refusals:
             self._report(f"refused: {reason}, on {kind[1]}")
 
     def report_counts(self) -> None:
-        """Say how many there were, where there were any."""
+        """Report the number of refused messages by reason, if there are any."""
         if self.counts:
             counts = ", ".join(f"{count} {why}" for why, count in sorted(self.counts.items()))
             self._report(f"messages refused: {counts}")

@@ -1,4 +1,4 @@
-"""Opens Zenoh sessions with the settings that were measured as fastest (docs/decisions.md)."""
+"""Opens Zenoh sessions with the settings that measured fastest (docs/decisions.md)."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Final
 
 import zenoh
 
-# The runtime reads this when a process opens its first session. With a single worker about one
-# process in 15,000 hung while it declared its first subscriber: the worker waited for a lock of the
-# routing tables, whose holder waited for the worker (zenoh-c issue 1308). A vehicle's two links
+# The runtime reads this when a process opens its first session. With a single worker, about one
+# process in 15,000 hung while it declared its first subscriber: the worker waited for a lock on the
+# routing tables whose holder waited for the worker (zenoh-c issue 1308). The two links of a vehicle
 # cannot occupy four workers.
 _FEW_WORKERS: Final = (
     "(app:(worker_threads:4),rx:(handover:app),tx:(handover:app),"
@@ -20,8 +20,8 @@ _FEW_WORKERS: Final = (
 )
 
 
-# In real time no process may wait for one that is stopped. What that one does not read is
-# queued, 16 batches of 64 KiB at most, and then dropped. The low-latency transport would block.
+# In real time no process may wait for one that is stopped. Messages that it does not read are
+# queued, at most 16 batches of 64 KiB, and then dropped. The low-latency transport would block.
 _IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/unicast/lowlatency": False,
     "transport/link/tx/queue/size/data": 16,
@@ -36,8 +36,8 @@ def open_session(
 ) -> zenoh.Session:
     """Open a peer session on explicit endpoints, without scouting or relay.
 
-    Lock-step uses the low-latency transport, which blocks where a peer does not read. Real time
-    uses the default one. Both ends of a link must be of the same kind.
+    Lock-step uses the low-latency transport, which blocks if a peer does not read. Real time uses
+    the default transport. Both ends of a link must use the same one.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _FEW_WORKERS)
     settings: dict[str, object] = {
@@ -67,7 +67,7 @@ def open_session(
 def give_way() -> None:
     """Give this thread a lower priority than world, channel and Zenoh's threads.
 
-    Zenoh's threads note when a message came. On Linux each thread has its own niceness.
+    Zenoh's threads note when messages arrive. On Linux each thread has its own niceness.
     """
     thread = threading.get_native_id()
     nice = os.getpriority(os.PRIO_PROCESS, thread)

@@ -1,4 +1,4 @@
-"""Encodes texts for files and logs: as UTF-8 in any locale, without control characters."""
+"""Encodes text for files and logs as UTF-8 in any locale, without control characters."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ _CONTROLS: Final = {code: f"\\x{code:02x}" for code in range(0x20) if chr(code) 
 def utf8(text: str) -> bytes:
     """Return the text in UTF-8.
 
-    What is not a character, such as a byte of a file name that is not UTF-8, becomes an escape.
+    Anything that is not a valid character, such as a byte of a file name that is not UTF-8, becomes
+    an escape.
     """
     return text.translate(_CONTROLS).encode("utf-8", "backslashreplace")

@@ -18,7 +18,7 @@ M_co = TypeVar("M_co", bound=Message, covariant=True)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Topic(Generic[M_co]):
-    """A stream: its key, its message, its writer and reader, its name in the log."""
+    """A stream: its key, its message type, its writer and reader, its name in the log."""
 
     name: str
     message: type[M_co]
@@ -29,7 +29,7 @@ class Topic(Generic[M_co]):
 
     @property
     def log_name(self) -> str:
-        """Name of this stream in the log; raises ValueError where it is not logged."""
+        """The name of this stream in the log; raises ValueError if it is not logged."""
         if self.logged_as is None:
             raise ValueError(f"{self.name} is not logged")
         return self.logged_as
@@ -47,7 +47,7 @@ class Topic(Generic[M_co]):
         return f"zenvoy/{run}/process/{process}/{self.name}"
 
     def keys(self, run: str) -> str:
-        """Return the key expression of this stream for all vehicles, in whatever processes."""
+        """Return the key expression of this stream for all vehicles, in any processes."""
         return f"zenvoy/{run}/*/*/{self.name}" if self.per_vehicle else self.key(run)
 
     @property

@@ -1,4 +1,4 @@
-"""Processes that run vehicles: which vehicles each runs, and what it is called."""
+"""Processes that run vehicles: their names, and which vehicles each runs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from zenvoy.bus.topics import vehicle_name
 
 
 class VehicleProcess(NamedTuple):
-    """The vehicles that a process runs, ascending, and its name."""
+    """The name of a process, and the vehicles that it runs, ascending."""
 
     name: str
     vehicles: tuple[int, ...]
@@ -23,9 +23,10 @@ class VehicleProcess(NamedTuple):
 def vehicle_processes(
     size: int, per_process: int, without: Collection[int] = ()
 ) -> tuple[VehicleProcess, ...]:
-    """Processes of the vehicles 1 to `size` but for those `without`, `per_process` neighbours each.
+    """Return the processes of the vehicles 1 to `size`, each with `per_process` neighbours.
 
-    A vehicle whose neighbours are all left out has a process of its own, as by default.
+    Vehicles in `without` are left out. A vehicle whose neighbours are all left out has a process of
+    its own, with the name that it has by default.
     """
     found = []
     for first in range(1, size + 1, per_process):

@@ -33,11 +33,11 @@ class Blame(NamedTuple):
 class Watch:
     """Watches the main thread of a process; SIGTERM is the request to end.
 
-    SIGTERM may be blocked until the context is entered; an earlier request is then handled.
-    With `stall_limit_s` None a wait may last for ever. `blame` returns what is missing. It may
+    SIGTERM may be blocked until the context is entered; an earlier request is handled then. If
+    `stall_limit_s` is None, a wait may last for ever. `blame` returns what is missing. It may
     return None if another process should report the stall; its argument is True once twice the
-    limit has passed, when that process has had its chance. `on_idle` is called repeatedly during
-    long waits.
+    limit has passed, so that the other process has had its chance. `on_idle` is called repeatedly
+    during long waits.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The Zenoh bus in lock-step: an agent steps when all messages that it waits for have come."""
+"""The Zenoh bus in lock-step: an agent steps when all messages that it waits for have arrived."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import Topic
 from zenvoy.bus.watch import Blame
 
-_WARY_STEPS: Final = 100  # after the last message that was refused
-_MAX_ROUNDS: Final = 1_000  # of emptying queues that fill again, before its own one is read
+_WARY_STEPS: Final = 100  # steps after the last refused message
+_MAX_ROUNDS: Final = 1_000  # of emptying queues that fill again, before the awaited one is read
 
 
 class ZenohBus(Connection):
-    """Drives an agent in lock-step: it steps when all messages that it waits for have come.
+    """Drives an agent in lock-step: it steps when all messages that it waits for have arrived.
 
-    The bus waits for one stream at a time. Zenoh's thread of a link blocks while the queue of
+    The bus waits for one stream at a time. Zenoh's thread for a link blocks while the queue of
     another stream is full. A fleet cannot fill a queue, but a program that floods a key can. So all
-    queues are emptied when messages are refused, or when nothing comes.
+    queues are emptied when messages are refused, or when nothing arrives.
     """
 
     def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
@@ -82,10 +82,10 @@ class ZenohBus(Connection):
         return found
 
     def _idle(self) -> None:
-        """Empty the queues that are not read, too, as a full one may block Zenoh.
+        """Empty the queues that are not being read, because a full one may block Zenoh.
 
         The awaited queue is left alone: `_collect` blocks on it, and would not notice a message
-        that is taken from it here until the next one comes.
+        taken from it here until the next one arrives.
         """
         super()._idle()
         for _ in range(_MAX_ROUNDS):
@@ -105,11 +105,11 @@ class ZenohBus(Connection):
 
     @property
     def _capacity(self) -> int:
-        """How many messages of a topic may wait to be read."""
+        """The number of messages of a topic that may wait to be read."""
         return 8 * len(self._wiring.vehicles) + 64
 
     def _blame(self, in_any_case: bool) -> Blame | None:
-        """Return what is missing; None while the world, which is late, may report it."""
+        """Return what is missing; None if the world is late and may still report the stall."""
         if self._barrier is None:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
