@@ -1,8 +1,8 @@
-"""Random numbers keyed by who and what, never taken in order of arrival.
+"""Random numbers keyed by seed, purpose, vehicles and number, never by order of arrival.
 
-Philox4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3") maps a key and
-a counter to 128 random bits, without state. numpy's own Philox needs a generator object per key.
-Here each frame and each reading has its own key, so there are thousands per cycle.
+Philox4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3") maps a key and a
+counter to 128 random bits, without state. numpy's own Philox needs a generator object per key. Here
+each frame and each reading has its own key, so there are thousands of keys per cycle.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _ROUNDS: Final = 10
 
 
 class Purpose(IntEnum):
-    """What a draw is for; draws for different purposes are independent.
+    """The purpose of a draw; draws for different purposes are independent.
 
-    Records of loss models have purposes of their own: `zenvoy.links.table` sees to it that these
-    are others.
+    Records of loss models have their own purposes; `zenvoy.links.table` makes sure that these are
+    different.
     """
 
     LOSS_AND_LATENCY = 1
@@ -52,7 +52,10 @@ class Purpose(IntEnum):
 
 
 def numbered(purpose: int, number: int) -> int:
-    """Return one of many purposes of a kind, such as for a channel's rules; 0 is the kind."""
+    """Return the purpose with this number among those of a kind, such as one for each rule.
+
+    Number 0 gives the purpose itself.
+    """
     return int(purpose) + 256 * number
 
 
@@ -90,9 +93,9 @@ def normals(
 
 @dataclass(frozen=True, slots=True)
 class Seeds:
-    """The seeds of runs side by side, each of a fleet of `size`.
+    """The seeds of runs side by side, each with a fleet of `size`.
 
-    Vehicle i of run s has the index s · size + i - 1, with i and s from 1 and 0.
+    Vehicle i of run s has the index s · size + i - 1; i counts from 1 and s from 0.
     """
 
     each: tuple[int, ...]
@@ -110,13 +113,13 @@ class Seeds:
 
     @property
     def vehicles(self) -> int:
-        """How many there are in all runs."""
+        """The number of vehicles in all runs."""
         return len(self.each) * self.size
 
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """Draws for one purpose. A vehicle draws the same whichever runs are beside its own."""
+    """Draws for one purpose. The draws of a vehicle do not depend on the other runs."""
 
     seeds: Seeds
     purpose: int

@@ -55,7 +55,7 @@ _FAR_TAIL: Final[tuple[Polynomial, Polynomial]] = (
 )  # fmt: skip
 
 _LN2: Final = 0.6931471805599453
-# ln m = 2 artanh((m - 1) / (m + 1)), up to the odd power of |x| < 0.1716 that changes no bit.
+# ln m = 2 artanh((m - 1) / (m + 1)), up to the odd power that changes no bit for |x| < 0.1716.
 _ARTANH: Final[Polynomial] = tuple(2.0 / n for n in range(21, 0, -2))
 _HALF_STEP: Final = 2.0**-54
 
@@ -83,7 +83,7 @@ def normal_quantile(u: Floats) -> Floats:
 
 
 def natural_log(x: Floats) -> Floats:
-    """Return ln x for x > 0, to a few units of the last place (of 2⁻⁵³ for x near 1)."""
+    """Return ln x for x > 0, to a few units in the last place (units of 2⁻⁵³ for x near 1)."""
     mantissa, exponent = np.frexp(x)
     low = mantissa < 0.7071067811865476
     m = np.where(low, 2.0 * mantissa, mantissa)

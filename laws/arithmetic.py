@@ -1,8 +1,8 @@
-"""Choices and roots that work on floats and arrays, with the same bits.
+"""Choices and roots that give the same bits on floats and on arrays.
 
 A law runs on floats in a vehicle's process, and on arrays over seeds and vehicles in studies. An
 `if` on an array is an error, so these functions replace it. Sums and products work on both already.
-Transcendental functions are missing, as their last bit depends on the processor.
+Transcendental functions are missing because their last bit depends on the processor.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Laws and estimators that go to a process on another machine."""
+"""Laws and estimators that are sent to a process on another machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Carried:
     group: str
     """The group of entry points of its kind."""
     sources: Sources | None
-    """None: Python finds its module here, and must find the same one there."""
+    """None if Python finds its module here, and so must find the same one there."""
 
     def load(self) -> None:
         """Load it in this process, under the same reference; raises UnknownLawError."""
@@ -38,7 +38,7 @@ class Carried:
 
 
 def carried(reference: str, kind: Kind) -> Carried | None:
-    """Return a law or an estimator that is loaded here; None for one of Zenvoy's own."""
+    """Return a law or an estimator that is loaded here; None for one that comes with Zenvoy."""
     if reference in kind.taken():
         return None
     return Carried(reference=reference, group=kind.group, sources=sources_of(reference))

@@ -16,30 +16,31 @@ from zenvoy.laws.errors import UnknownLawError, deepest, described, errors_of_th
 from zenvoy.laws.private_modules import run_privately
 from zenvoy.laws.sources import Sources, sources_of_file, sources_of_module
 
-DIGITS: Final = 12  # of a hash: enough to tell sources apart, short enough to be read
+DIGITS: Final = 12  # of a hash: enough to tell sources apart, and short enough to read
 _PRIVATE: Final = re.compile(r"\bzenvoy_laws_\d+\.")
 
-# Both by the hash of their sources: a law is run once per process, and compared by identity.
+# The code of a law runs once per process and hash of its sources, because laws are compared by
+# identity.
 _run: Final[dict[tuple[Path, str], ModuleType]] = {}
 _imported: Final[dict[str, str]] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Code:
-    """A module of laws: what was run, from where, its hash, and the version of its package."""
+    """A module of laws: the module, its file, its hash, and the version of its package."""
 
     module: ModuleType
     path: Path
     digest: str
     version: str = ""
     sources: Sources | None = None
-    """All that was run; None for a module that Python itself found."""
+    """All modules that were run; None if Python itself found the module."""
 
 
 def code_of(module: str, folder: Path | None, digest: str, *, allow_code: bool) -> Code:
     """Run the module of a reference, and return it; raises UnknownLawError.
 
-    Where `digest` is not "", sources with another hash are refused before they are run.
+    If `digest` is not "", sources with another hash are refused before they are run.
     """
     if module.endswith(".py") or (folder and (folder / f"{module}.py").is_file()):
         name = module if module.endswith(".py") else f"{module}.py"
@@ -60,7 +61,7 @@ def _of_file(path: Path, folder: Path | None, digest: str, *, allow_code: bool) 
 def code_in(sources: Sources, digest: str) -> Code:
     """Run the first module of the sources, and return it; raises UnknownLawError.
 
-    Where `digest` is not "", sources with another hash are refused before they are run.
+    If `digest` is not "", sources with another hash are refused before they are run.
     """
     real = next(iter(sources.modules.values())).path
     found = _required(digest, sources)
@@ -91,7 +92,7 @@ def _installed(name: str, folder: Path | None, digest: str, *, allow_code: bool)
 
 
 def _sources(name: str, top: str, packages: Mapping[str, Sequence[str]]) -> Sources:
-    """The module with what it imports from its own distribution."""
+    """Return the module and the modules that it imports from its own distribution."""
     try:
         spec = find_spec(top)
     except (ImportError, ValueError):
@@ -108,7 +109,7 @@ def _sources(name: str, top: str, packages: Mapping[str, Sequence[str]]) -> Sour
 
 
 def _required(digest: str, sources: Sources) -> str:
-    """The hash of the sources; raises UnknownLawError where a reference asks for another."""
+    """Return the hash of the sources; raises UnknownLawError if a reference asks for another."""
     found = sources.sha256()[:DIGITS]
     if digest and digest != found:
         raise UnknownLawError(f"its source has changed: the hash is {found}, not {digest}")
@@ -116,7 +117,7 @@ def _required(digest: str, sources: Sources) -> str:
 
 
 def _failed(what: str, error: BaseException, sources: Sources) -> UnknownLawError:
-    """What to say of code that cannot be run, with the file and the line."""
+    """Return the error for code that cannot be run, with the file and the line."""
     files = {str(file.path) for file in sources.modules.values()}
     file, line = deepest(error.__traceback__, files)
     if isinstance(error, SyntaxError) and error.filename in files:

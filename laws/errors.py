@@ -1,4 +1,4 @@
-"""What can go wrong with a law: while it is looked for, and while it runs."""
+"""The errors of laws: when a law cannot be found, and when it fails."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 
 class UnknownLawError(Exception):
-    """A reference that leads to no law; the text says why."""
+    """A reference does not lead to a law; the text says why."""
 
 
 class LawError(Exception):
@@ -27,7 +27,7 @@ class LawError(Exception):
 
 
 def raised(name: str, code: object, error: BaseException) -> LawError:
-    """Return what to say of an error that came out of a law: its kind, and the law's own line.
+    """Return the error for an exception that a law raised: its kind, and the line of the law.
 
     `name` describes the code, such as "law Smith"; `code` is its function or class.
     """
@@ -49,9 +49,9 @@ def described(error: BaseException) -> str:
 
 
 def deepest(trace: TracebackType | None, files: Collection[str]) -> tuple[str, int]:
-    """Return the innermost place in one of the files, and not in a library that they call.
+    """Return the innermost file and line in one of the files, and not in a library that they call.
 
-    It is ("", 0) where the traceback does not come through any of them.
+    It is ("", 0) if the traceback passes through none of them.
     """
     found = ("", 0)
     while trace is not None:
@@ -63,9 +63,9 @@ def deepest(trace: TracebackType | None, files: Collection[str]) -> tuple[str, i
 
 @contextmanager
 def errors_of_the_code(wrapped: Callable[[BaseException], Exception]) -> Iterator[None]:
-    """Raise `wrapped` of whatever the code of a user raises, `sys.exit` and its like included.
+    """Raise `wrapped(error)` for any exception of a user's code, including that of `sys.exit`.
 
-    A KeyboardInterrupt that comes from a signal is not of the code, and passes.
+    An exception from a signal, such as KeyboardInterrupt, does not come from the code, and passes.
     """
     asked = False
 
@@ -81,7 +81,7 @@ def errors_of_the_code(wrapped: Callable[[BaseException], Exception]) -> Iterato
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             handler = signal.getsignal(number)
-            if callable(handler):  # it may raise out of the code
+            if callable(handler):  # it may raise while the code runs
                 before[number] = handler
                 signal.signal(number, noting(handler))
     try:

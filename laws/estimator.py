@@ -17,10 +17,10 @@ Moments = tuple[Array, Array]
 
 
 class LinearModel(NamedTuple):
-    """x' = F x + B a + w: F (n, n), B (n, 1) and Q (n, n), the covariance of w.
+    """The model x' = F x + B a + w, with F (n, n), B (n, 1) and Q (n, n), the covariance of w.
 
-    For a link x = [gap, relative speed] in m and m/s, and a is the relative acceleration, m/s². For
-    the own speed x = [v]. Sensors read x itself.
+    For a link, x = [gap, relative speed] in m and m/s, and a is the relative acceleration, m/s².
+    For the own speed, x = [v], m/s, and a is the own acceleration. Sensors read x itself.
     """
 
     F: Array
@@ -29,7 +29,7 @@ class LinearModel(NamedTuple):
 
 
 class Tracker(Protocol):
-    """A running filter, which has had its first reading."""
+    """A running filter that has had its first reading."""
 
     def step(self, inputs: Sequence[float], z: Array, R: Array) -> Moments:
         """Predict one period for each acceleration (m/s²), then update with a reading z (n,).

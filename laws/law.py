@@ -35,8 +35,8 @@ class Observation(NamedTuple):
     j-th vehicle ahead and to the j-th behind, each over the whole distance. predecessor, leader:
     what the vehicle ahead and the leader of the platoon report of themselves. state: what the law
     returned as its state at the decision before. period_s: the time from one decision to the next,
-    s. uniform: `uniform(k)` is the k-th random number in [0, 1) of this vehicle and cycle; it
-    depends on the seed and on nothing else.
+    s. uniform: `uniform(k)` is the k-th random number in [0, 1) of this vehicle and cycle; apart
+    from these, it depends only on the seed.
 
     Only what the law declares in `needs` is filled in; everything else is NaN or empty.
     """
@@ -68,12 +68,12 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Needs:
-    """What a law needs to decide; where it is missing or too old, the vehicle falls back to FM.
+    """What a law needs to decide. If it is missing or too old, the vehicle falls back to FM.
 
-    behind: the link to the vehicle behind, which is known only by V2V. sides: the number of
+    behind: the link to the vehicle behind, which is known only from V2V. sides: the number of
     vehicles on each side, or the name of the parameter that holds it. predecessor, leader: the
-    motion that these report. commands: these reports hold their newest commands, too.
-    tolerates_silence: where a report is missing, its motion is NaN, and the law goes on.
+    motion that these report. commands: their reports also contain their newest commands.
+    tolerates_silence: if a report is missing, its motion is NaN and the law goes on.
     prediction: filters estimate links and own speed, and predict them to the instant at which the
     command takes effect. The link ahead is always available.
     """
@@ -101,7 +101,7 @@ class Linear(NamedTuple):
 
 
 class Column(NamedTuple):
-    """A value that a law logs: its name, and its unit ("" where it has none)."""
+    """A value that a law logs: its name, and its unit ("" if it has none)."""
 
     name: str
     unit: str = ""
@@ -120,9 +120,9 @@ class Law:
     Observation and of its parameters that returns an acceleration in m/s², or an Output. It reads
     no clock and no global state. parameters: a frozen dataclass with defaults; its annotations
     define what `control.parameters` may hold. section: the section of `control` that holds them
-    instead. mode: its number in a log; None where the run assigns one. colour: the colour of its
+    instead. mode: its number in a log; None if the run assigns one. colour: the colour of its
     curves, `#RRGGBB`. linear: returns the law linearised at its equilibrium, from its parameters,
-    the setpoint and the number of vehicles found on each side; None where this is not known.
+    the setpoint and the number of vehicles found on each side; None if this is not known.
     keeps_gap: whether it uses the desired gap. version: the version of its package; "" for a file.
     """
 

@@ -1,8 +1,8 @@
-"""Modules beside a law are the law's own: two folders may each have a `gains.py`.
+"""Modules beside a law belong to that law alone: two folders may each have a `gains.py`.
 
-The modules of one law form a package with a name that nobody else uses. An `import` in them finds
-the others by their plain names, whether it runs at once or in a function later. Nothing is added to
-`sys.path`, and nothing is left in `sys.modules` under a plain name.
+The modules of one law form a package with a unique name. An `import` in them finds the others by
+their plain names, whether it runs at once or later in a function. Nothing is added to `sys.path`,
+and nothing stays in `sys.modules` under a plain name.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _numbers: Final = count(1)
 
 
 class _Package(Loader):
-    """The modules of one law, run from the bytes that were read."""
+    """The modules of one law, which run from the bytes that were read."""
 
     def __init__(self, name: str, sources: Sources) -> None:
         self.name = name
@@ -58,7 +58,7 @@ class _Package(Loader):
         fromlist: Sequence[str] | None = (),
         level: int = 0,
     ) -> Any:
-        """`__import__`, for which the modules of this package also have plain names."""
+        """Import as `__import__` does, but also find modules of this package by plain names."""
         top = name.partition(".")[0]
         if level or top not in self._tops:
             return builtins.__import__(name, globals, locals, fromlist or (), level)
@@ -69,7 +69,7 @@ class _Package(Loader):
 
 
 class _Finder(MetaPathFinder):
-    """Finds the packages of laws, by their names alone."""
+    """Finds the packages of laws by their names."""
 
     def __init__(self) -> None:
         self.packages: dict[str, _Package] = {}
@@ -85,7 +85,7 @@ _FINDER: Final = _Finder()
 
 
 def run_privately(sources: Sources) -> ModuleType:
-    """Run the first module of the sources, with all that it imports; raises what that raises."""
+    """Run the first module of the sources and all that it imports; raises whatever they raise."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     name = f"zenvoy_laws_{next(_numbers)}"

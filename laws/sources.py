@@ -1,7 +1,7 @@
-"""The source of a law: its own module, and every module beside it that it imports, however deep.
+"""The source of a law: its own module, and every module beside it that it imports, at any depth.
 
 The imports are read from the text before any of it runs. So the hash is known before the code runs,
-it covers what a function imports later, and it does not depend on what was imported earlier.
+it covers what a function imports later, and it does not depend on earlier imports.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Sources:
     modules: Mapping[str, File]
 
     def sha256(self) -> str:
-        """Return the hash over all files: that of the lines of `sha256sum`, in order of path."""
+        """Return the hash over all files: that of the output of `sha256sum`, in order of path."""
         named = ((file.path.relative_to(self.folder).as_posix(), file) for file in self.files())
         lines = (f"{hashlib.sha256(file.text).hexdigest()}  {name}\n" for name, file in named)
         return hashlib.sha256("".join(lines).encode(errors="surrogateescape")).hexdigest()
@@ -63,7 +63,7 @@ def sources_of_file(path: Path) -> Sources:
 def sources_of_module(name: str, folder: Path, belongs: Callable[[str], bool]) -> Sources:
     """Return the source of an importable module below `folder`; raises UnknownLawError.
 
-    It covers the modules of the folder whose first name `belongs`, which may be compiled.
+    It covers the modules of the folder whose top-level name `belongs`; they may be compiled.
     """
     path = _file_of(name, folder, EXTENSION_SUFFIXES)
     if path is None:
@@ -112,19 +112,19 @@ def _file_of(name: str, folder: Path, compiled: Sequence[str]) -> Path | None:
 
 
 def _parents(name: str) -> Iterator[str]:
-    """The packages around a module, which are imported before it."""
+    """Yield the packages around a module, which Python imports before it."""
     while name := name.rpartition(".")[0]:
         yield name
 
 
 def _imports(name: str, file: File) -> Iterator[str]:
-    """Names of all that a module may import, wherever in its text."""
+    """Yield the names of everything that a module may import, anywhere in its text."""
     if file.path.suffix != ".py":
         return
     try:
         tree = ast.parse(file.text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return  # it does not run either, and then Python says why
+        return  # such a module does not run either, and Python says why
     package = name if file.is_package else name.rpartition(".")[0]
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -137,7 +137,7 @@ def _imports(name: str, file: File) -> Iterator[str]:
 
 
 def _absolute(node: ast.ImportFrom, package: str) -> str:
-    """What `from` names, seen from the folder; "" for the folder itself."""
+    """Return the absolute name of what `from` names; "" for the folder itself."""
     if not node.level:
         return node.module or ""
     around = package.split(".") if package else []

@@ -31,7 +31,7 @@ def builtin() -> Mapping[str, Law]:
 def register(reference: str, law: Law | Estimator, sources: Sources | None = None) -> None:
     """Register a law or an estimator by its reference, here and in forked processes.
 
-    `sources` is what it was run from, unless Python itself found its module.
+    `sources` are the modules that were run, unless Python itself found the module.
     """
     _registered[reference] = law
     if sources is not None:
@@ -39,7 +39,7 @@ def register(reference: str, law: Law | Estimator, sources: Sources | None = Non
 
 
 def find(reference: str) -> Law | None:
-    """Return the law of a name or reference; None where it is not registered here."""
+    """Return the law of a name or reference; None if it is not registered here."""
     law = builtin().get(reference) or _registered.get(reference)
     return law if isinstance(law, Law) else None
 
@@ -61,11 +61,11 @@ def estimator_of(reference: str) -> Estimator:
 
 
 def sources_of(reference: str) -> Sources | None:
-    """Return what a registered law or estimator was run from; None where Python found it."""
+    """Return the sources of a registered law or estimator; None if Python found its module."""
     return _sources.get(reference)
 
 
 def parameters_from(law: Law, section: object) -> Any:
-    """Return the law's parameters, read by name from an object that has them."""
+    """Return the parameters of a law, read by name from an object that has them."""
     names = [one.name for one in fields(law.parameters)]
     return law.parameters(**{name: getattr(section, name) for name in names})

@@ -1,1 +1,1 @@
-"""What lies between two vehicles: distance, and loss and latency of the frames between them."""
+"""Links between vehicles: distance, and loss and latency of frames."""

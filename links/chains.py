@@ -1,4 +1,4 @@
-"""A state for each link, moved one step by each frame of its sender."""
+"""Markov chains: a state for each link, which each frame of the sender moves by one step."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 Step = Callable[[Ints, Ints, Ints, Ints], tuple[Ints, Bools]]
-"""From states (r,), sources, destinations and sequence numbers: states after, and what is lost."""
+"""Takes states, sources, destinations and sequence numbers; returns new states and losses, (r,)."""
 
 
 class Chains:
-    """Markov chains, one per ordered pair of `size` vehicles, all of them in state 0 at first.
+    """Markov chains, one per ordered pair of `size` vehicles, all in state 0 at first.
 
-    A chain moves with every frame of its sender, from the first, whether or not the receiver was
-    in range: so what is lost is a matter of seed, link and sequence number alone.
+    A chain moves with every frame of its sender, from the first, whether or not the receiver is in
+    range. So the loss of a frame depends only on seed, link and sequence number.
     """
 
     def __init__(self, size: int, step: Step) -> None:
@@ -29,12 +29,15 @@ class Chains:
         self._table = LinkTable(size, 0, 0)  # the state, and the number of the next frame
 
     def lost(self, source: Ints, destination: Ints, sequence: Ints) -> Bools:
-        """Which frames are lost. All (r,): indices from 0 and sequence numbers; a row per link."""
+        """Return which frames are lost, (r,).
+
+        source, destination: indices from 0, (r,); sequence: (r,). Each link has at most one row.
+        """
         rows = self._table.rows(source, destination)
         states, numbers = self._table.columns
         state, at = states[rows], numbers[rows]
         lost = np.zeros(len(rows), dtype=np.bool_)
-        while (behind := np.flatnonzero(at <= sequence)).size:  # once, but for links new in range
+        while (behind := np.flatnonzero(at <= sequence)).size:  # once, except for new links
             who, whom = source[behind], destination[behind]
             state[behind], lost[behind] = self._step(state[behind], who, whom, at[behind])
             at[behind] += 1

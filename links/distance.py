@@ -1,8 +1,8 @@
-"""Gaps and distances along the road, on the ring and on the open road.
+"""Gaps and distances along the road, on a ring and on an open road.
 
-A gap goes from a vehicle forward to the one that it follows in the row, and knows laps: on the
-ring the gaps sum up to its length. A distance is the shorter way between any two, whoever follows
-whom. Positions are along the road, m, not wrapped; `ring_length_m` None: the open road.
+A gap reaches from a vehicle forward to the one that it follows, and counts laps: on a ring the gaps
+add up to its length. A distance is the shorter way between any two vehicles. Positions are m along
+the road, not wrapped. `ring_length_m` is None on an open road.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ Floats = NDArray[np.float64]
 
 
 def gaps(position: Floats, ring_length_m: float | None) -> Floats:
-    """Return p_(i,i-1), m, of the shape of `position`, (..., n).
+    """Return the gaps p_(i,i-1), m, in the shape of `position`, (..., n).
 
-    The gap of the first vehicle is NaN on the open road.
+    The gap of the first vehicle on an open road is NaN.
     """
     found = np.empty_like(position)
     found[..., 1:] = position[..., :-1] - position[..., 1:]
@@ -27,7 +27,7 @@ def gaps(position: Floats, ring_length_m: float | None) -> Floats:
 
 
 def distance(one: Floats, other: Floats, ring_length_m: float | None) -> Floats:
-    """Return how far two positions are apart, m; on the ring, by the shorter way."""
+    """Return the distance between positions, m; on a ring, the shorter way."""
     if ring_length_m is None:
         return np.asarray(np.abs(one - other))
     ahead = forward(one, other, ring_length_m)
@@ -35,5 +35,5 @@ def distance(one: Floats, other: Floats, ring_length_m: float | None) -> Floats:
 
 
 def forward(one: Floats, other: Floats, ring_length_m: float) -> Floats:
-    """Return the way from `other` forward to `one` on the ring, m, in [0, ring_length_m)."""
+    """Return the distance from `other` forward to `one` on the ring, m, in [0, ring_length_m)."""
     return np.asarray(np.mod(one - other, ring_length_m))

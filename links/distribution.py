@@ -1,7 +1,7 @@
-"""The record of a distribution of latency: what it needs, and its quantile function.
+"""The record of a distribution of latency: the values that it needs, and its quantile function.
 
-One uniform draw per frame gives its latency, whatever the distribution: a frame that is early under
-one is early under all.
+One uniform draw per frame gives its latency under any distribution: a frame that is early under one
+is early under all.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 Delays = Callable[[Floats], Ints]
-"""From draws in [0, 1) to latencies, ns, of the same shape. It never falls."""
+"""Maps draws in [0, 1) to latencies, ns, of the same shape. It never decreases."""
 
 Span = tuple[float, float]
 
@@ -26,27 +26,27 @@ _BELOW_ONE: Final = 1.0 - 2.0**-53
 
 
 class Values(Protocol):
-    """The keys of `channel.latency` that distributions share, ms; None or empty: not given."""
+    """The keys of `channel.latency` that distributions share, ms; None or empty if not given."""
 
     @property
     def mean_ms(self) -> float | None:
-        """The mean, before anything is cut off."""
+        """The mean, before truncation."""
 
     @property
     def std_ms(self) -> float | None:
-        """The standard deviation, before anything is cut off."""
+        """The standard deviation, before truncation."""
 
     @property
     def min_ms(self) -> float | None:
-        """The shortest."""
+        """The shortest latency."""
 
     @property
     def max_ms(self) -> float | None:
-        """The longest."""
+        """The longest latency."""
 
     @property
     def samples_ms(self) -> tuple[float, ...]:
-        """Measured ones."""
+        """Measured latencies."""
 
 
 def _min_ms(values: Values, _technology_ms: Span) -> float:
@@ -57,11 +57,11 @@ def _min_ms(values: Values, _technology_ms: Span) -> float:
 class Distribution:
     """A distribution of latency, which a scenario names in `channel.latency.distribution`.
 
-    quantile: from the values and the technology's delay (from, to; ms) to Delays. needs, may: the
-    keys that it cannot do without, and those that it may have. least_ms: its shortest latency.
-    above_min: whether the mean must be greater than min_ms. positive: a key that may not be 0.
-    constant: whether it is the same for every frame, so that nothing need be drawn. meaning: a
-    few words for the schema. place: among the names; those without one come last, by name.
+    quantile: returns Delays, from the values and the technology's delay (from, to; ms). needs, may:
+    the required keys, and the optional ones. least_ms: its shortest latency. above_min: whether the
+    mean must be greater than min_ms. positive: a key that may not be 0. constant: whether all
+    frames have the same latency, so that nothing is drawn. meaning: a few words for the schema.
+    place: its place in the list of names; records without one come last, by name.
     """
 
     name: str
@@ -77,34 +77,34 @@ class Distribution:
 
 
 def bounds_ms(values: Values) -> tuple[float, float | None]:
-    """Return min_ms (0 where it is not given) and max_ms."""
+    """Return min_ms (0 if it is not given) and max_ms."""
     return values.min_ms or 0.0, values.max_ms
 
 
 def portion(draws: Floats, within: float, below: float = 0.0) -> Floats:
-    """Return draws from [0, 1), moved to the portion of the probability that is not cut off."""
+    """Return draws from [0, 1), mapped to the part of the probability that is not cut off."""
     return np.minimum(below + within * draws, _BELOW_ONE)
 
 
 def whole_ns(latency_ms: Floats) -> Ints:
-    """Return whole ns: the last bits, in which processors may differ, are cut off."""
+    """Return whole ns, without the last bits, in which processors may differ."""
     return np.floor(latency_ms * _NS_PER_MS).astype(np.int64)
 
 
 def uniform_delays(low_ms: float, high_ms: float) -> Delays:
-    """Return the quantile function of any latency from `low_ms` to `high_ms`."""
+    """Return the quantile function of a uniform distribution from `low_ms` to `high_ms`."""
     low_ns, high_ns = round(low_ms * _NS_PER_MS), round(high_ms * _NS_PER_MS)
     return lambda draws: low_ns + np.floor(draws * (high_ns - low_ns)).astype(np.int64)
 
 
 def constant_delays(delay_ms: float) -> Delays:
-    """Return the quantile function of one latency for all."""
+    """Return the quantile function of a constant latency."""
     delay_ns = round(delay_ms * _NS_PER_MS)
     return lambda draws: np.full(draws.shape, delay_ns)
 
 
 def greatest_ns(delays: Delays) -> int | None:
-    """Return the greatest latency that can be drawn, ns; None where 64 bits do not hold it."""
+    """Return the greatest latency that can be drawn, ns; None if it does not fit into 64 bits."""
     with np.errstate(invalid="ignore"):
         greatest = int(delays(np.array([_BELOW_ONE]))[0])
     return greatest if greatest >= 0 else None

@@ -1,4 +1,4 @@
-"""A row of numbers for each link that has been seen, however few of all links these are."""
+"""A table with a row of numbers for each link used so far, however few of all links these are."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ Ints = NDArray[np.int64]
 
 
 class LinkTable:
-    """Columns of integers, a row per ordered pair of `size` vehicles that was ever asked for.
+    """Columns of integers, with a row for each ordered pair of `size` vehicles asked for so far.
 
-    `columns`: what each of them holds in a new row.
+    `columns` are the initial values of a new row.
     """
 
     def __init__(self, size: int, *columns: int) -> None:
         self._size = size
         self._initial = columns
-        self._code = np.zeros(0, dtype=np.int64)  # in rising order
+        self._code = np.zeros(0, dtype=np.int64)  # in ascending order
         self.columns = [np.zeros(0, dtype=np.int64) for _ in columns]
 
     def rows(self, source: Ints, destination: Ints) -> Ints:
-        """Where the links (r,), indices from 0, have their rows; valid until the next call."""
+        """Return the rows of the links (r,), given by indices from 0; valid until the next call."""
         code = source * self._size + destination
         rows = np.searchsorted(self._code, code)
         known = rows < len(self._code)

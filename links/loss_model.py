@@ -1,4 +1,4 @@
-"""The record of a loss model: its place in a scenario, its checks and its maths."""
+"""The record of a loss model: its key in a scenario, its checks and its maths."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from zenvoy.links.sent_frames import Scene, SentFrames
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_FIRST_OWN: Final = 64  # below are the numbers that are written down, in records and in `Purpose`
+_FIRST_OWN: Final = 64  # lower numbers are explicit, in records and in `Purpose`
 _NUMBERS: Final = 256
 
 
 class Effect(Enum):
-    """What a model says of each frame.
+    """What a model decides about each frame.
 
     LOSS_CHANCE: the probability that it is lost. One draw per frame serves all such models, so a
-    model that loses fewer frames loses a part of those that another one loses. DAMAGE_CHANCE: the
-    probability that it arrives damaged, likewise. LOSS: whether it is lost, by the model's draws.
+    model that loses fewer frames loses a subset of those that another one loses. DAMAGE_CHANCE: the
+    probability that it arrives damaged, with one draw as well. LOSS: whether it is lost, decided by
+    the model's own draws.
     """
 
     LOSS_CHANCE = "loss chance"
@@ -35,7 +36,7 @@ class Effect(Enum):
 
 
 class Disagreement(NamedTuple):
-    """Values that are fine alone and impossible together: at which key, why, with which others."""
+    """Values that are valid alone but not together: the key, the reason, and the other keys."""
 
     key: str
     text: str
@@ -43,8 +44,8 @@ class Disagreement(NamedTuple):
 
 
 Judge = Callable[[SentFrames, Scene], Any]
-"""From the frames of a cycle (r,), and where everyone is, to what `Effect` says: floats in [0, 1]
-or booleans (r,), or one for all. It is called once a cycle, with the frames that it applies to."""
+"""Maps the frames of a cycle (r,) and the scene to what `Effect` describes: floats in [0, 1] or
+booleans, (r,), or one value for all. It is called once a cycle with the frames it applies to."""
 
 
 def _agrees(_value: Any, _key: str) -> Iterator[Disagreement]:
@@ -55,12 +56,12 @@ def _agrees(_value: Any, _key: str) -> Iterator[Disagreement]:
 class LossModel:
     """A loss model, under a key of `channel.loss`.
 
-    value: the type of what a scenario says there, as pydantic reads it; a model with several
-    parameters has a Section. default: the value with which the model is not there. meaning: a
-    sentence on the value, for the schema. start: from a value, keyed draws and the number of
-    vehicles to a Judge. disagreements: from a value and its dotted key to what is impossible in it.
-    place: among the keys; those without one come last, by name. purpose: what keys its draws;
-    None: a number made of the key.
+    value: the type of the value in a scenario, as pydantic reads it; a model with several
+    parameters has a Section. default: the value that turns the model off. meaning: a sentence on
+    the value, for the schema. start: returns a Judge from a value, keyed draws and the number of
+    vehicles. disagreements: yields the contradictions in a value, given its dotted key. place: its
+    place in the list of keys; records without one come last, by name. purpose: the number that keys
+    its draws; None: a number derived from the key.
     """
 
     key: str
@@ -75,12 +76,12 @@ class LossModel:
 
     @property
     def number(self) -> int:
-        """The number that keys its draws; no other model or purpose has it."""
+        """The number that keys its draws, which no other model or purpose has."""
         if self.purpose is not None:
             return self.purpose
         return _FIRST_OWN + zlib.crc32(self.key.encode()) % (_NUMBERS - _FIRST_OWN)
 
     def judge(self, value: Any, seeds: Seeds, section: int = 0) -> Judge:
-        """Return the model for the vehicles of these seeds; each `section` draws for itself."""
+        """Return the Judge for the vehicles of these seeds; sections have independent draws."""
         draws = Draws(seeds, numbered(self.number, section))
         return self.start(value, draws, seeds.vehicles)

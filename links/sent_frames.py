@@ -1,4 +1,4 @@
-"""What the parts of the channel hand each other: the frames of a cycle, and where everyone is."""
+"""The data that the parts of the channel share: the frames of a cycle, and the positions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ Bools = NDArray[np.bool_]
 class SentFrames(NamedTuple):
     """The frames of a cycle, a row for each receiver, (r,).
 
-    The ends are indices from 0, distance is in m, and sequence is the number of the frame.
+    Source and destination are indices from 0, distance is in m, and sequence is the number of the
+    frame.
     """
 
     source: Ints
@@ -34,9 +35,9 @@ class SentFrames(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """The instant at which the frames of a cycle are sent, ns, and the vehicles' positions (n,), m.
+    """When the frames of a cycle are sent, ns, and the positions of the vehicles (n,), m.
 
-    Positions are along the road, not wrapped; ring_length_m: None on the open road.
+    Positions are along the road, not wrapped. ring_length_m: None on an open road.
     """
 
     cycle: int

@@ -1,7 +1,7 @@
-"""Shadowing: a normal loss in dB for each pair of vehicles, that changes as they move.
+"""Shadowing: a normally distributed gain in dB for each pair of vehicles, varying as they move.
 
-S' = ρ S + √(1 - ρ²) N with ρ = exp(-Δ / decorrelation), Δ the way that both ends have gone since
-(Gudmundson 1991; 3GPP TR 36.885). It is the same in both directions.
+S' = ρ S + √(1 - ρ²) N with ρ = exp(-Δ / decorrelation). Δ is the distance that both vehicles have
+moved since S (Gudmundson 1991; 3GPP TR 36.885). It is the same in both directions.
 """
 
 from __future__ import annotations
@@ -17,21 +17,22 @@ Ints = NDArray[np.int64]
 
 
 class Shadowing:
-    """The shadowing of every pair of `size` vehicles that is ever asked for, in dB.
+    """The shadowing of the pairs of `size` vehicles that are asked for, in dB.
 
-    A pair draws once in a cycle, for itself, keyed by the cycle; what it has depends besides on
-    the way gone, and so on the run.
+    Each pair has one draw per cycle, keyed by the cycle. Its shadowing also depends on the distance
+    moved, and so on the run.
     """
 
     def __init__(self, std_db: float, decorrelation_m: float, draws: Draws, size: int) -> None:
         self._std_db, self._decorrelation_m = std_db, decorrelation_m
         self._draws, self._size = draws, size
-        # A row per pair, in rising order of its code: value, and positions of both at that time.
+        # A row per pair, in ascending order of its code: its value, and the positions of both
+        # vehicles at that time.
         self._code = np.zeros(0, dtype=np.int64)
         self._value, self._low_at, self._high_at = (np.zeros(0) for _ in range(3))
 
     def of(self, frames: SentFrames, scene: Scene) -> Floats:
-        """Shadowing, dB, (r,), in a cycle; call it once for each."""
+        """Return the shadowing of the frames, dB, (r,); to be called once per cycle."""
         if self._std_db == 0.0:
             return np.zeros(len(frames.source))
         low = np.minimum(frames.source, frames.destination)
@@ -42,7 +43,7 @@ class Shadowing:
         return np.asarray(self._std_db * value[back])
 
     def _moved(self, code: Ints, low: Ints, high: Ints, scene: Scene) -> Floats:
-        """Values of the pairs now, of unit variance; and keep them."""
+        """Return and keep the present values of the pairs, with unit variance."""
         place = scene.position
         fresh = self._draws.normals_of_links(low, high, scene.cycle)
         at = np.searchsorted(self._code, code)

@@ -18,7 +18,7 @@ from zenvoy.links.loss_model import LossModel
 def loss_models() -> Mapping[str, LossModel]:
     """Return the loss models, by the key of `channel.loss`, in order of the keys.
 
-    Raises ValueError where two of them would draw the same numbers.
+    Raises ValueError if two of them would draw the same numbers.
     """
     models: list[LossModel] = [module.LOSS for module in _modules(loss)]
     taken = {int(purpose): purpose.name for purpose in Purpose}

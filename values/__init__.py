@@ -1,1 +1,1 @@
-"""What a value of a scenario may be, and how messages show it."""
+"""The types of values in a scenario, and how messages show values."""

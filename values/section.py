@@ -8,7 +8,7 @@ from typing import Annotated, Final
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-# Keeps every sum and product of settings finite, and every time within an int64 of nanoseconds.
+# Keeps every sum and product of settings finite, and every time in ns within an int64.
 LARGEST = 1e9
 
 _PERCENT: Final = re.compile(r"\s*([+-]?(?:\d{1,20}\.?\d{0,20}|\.\d{1,20}))\s*%\s*", re.ASCII)
@@ -31,6 +31,6 @@ NS_PER_S = 1_000_000_000
 
 
 class Section(BaseModel):
-    """Base of every section: immutable, no unknown keys, no silent conversions, finite numbers."""
+    """The base of every section: immutable, no unknown keys, no conversions, finite numbers."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)

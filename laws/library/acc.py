@@ -1,4 +1,4 @@
-"""ACC, adaptive cruise control with a constant time headway, from the own radar alone.
+"""ACC, adaptive cruise control with a constant time headway, from the host's radar alone.
 
 Rajamani, "Vehicle Dynamics and Control", 2nd ed., Eq. 6.18, with a gap at standstill as in Plexe.
 """
@@ -14,7 +14,7 @@ from zenvoy.laws.relative import Number
 
 @dataclass(frozen=True, slots=True)
 class Parameters:
-    """Time headway h (s), rate λ at which errors of the gap vanish (1/s), gap at standstill (m).
+    """Time headway h (s), rate λ at which errors of the gap decay (1/s), gap at standstill (m).
 
     The gap at standstill is from bumper to bumper.
     """
@@ -27,7 +27,7 @@ class Parameters:
 def constant_headway(seen: Observation, own: Parameters) -> Number:
     """Return the acceleration of the host, m/s²: -(1/h)(dε/dt + λ δ) with δ = ε + h v.
 
-    ε is the negative of the gap without its part at standstill.
+    ε is minus the gap beyond the gap at standstill.
     """
     gap = seen.ahead.p - seen.length_m - own.standstill_m
     error = gap - own.headway_s * seen.speed

@@ -14,7 +14,7 @@ def bilateral(seen: Observation, _: object = None) -> Number:
 
 
 def linear(_: NoParameters, setpoint: Setpoint, _m: int) -> Linear:
-    """Return the law itself, as it is linear."""
+    """Return the law itself, because it is linear."""
     return Linear((1.0,), (1.0,), setpoint.k_d, setpoint.k_v, setpoint.k_c)
 
 

@@ -47,7 +47,7 @@ def intelligent_driver(seen: Observation, own: Parameters) -> Number:
 
 
 def equilibrium_gap_m(own: Parameters, speed_mps: float) -> float:
-    """Return the gap from bumper to bumper that a steady speed needs, m; ∞ from v0 on."""
+    """Return the equilibrium gap from bumper to bumper at a steady speed, m; ∞ from v0 on."""
     free = 1.0 - _power(speed_mps / own.free_speed_mps, own.exponent)
     wanted = own.standstill_m + own.headway_s * speed_mps
     return wanted / math.sqrt(free) if free > 0.0 else math.inf
@@ -56,8 +56,8 @@ def equilibrium_gap_m(own: Parameters, speed_mps: float) -> float:
 def stable_acceleration_mps2(own: Parameters, speed_mps: float) -> float:
     """Return the smallest a with which a string of such drivers damps every frequency, m/s².
 
-    At an equilibrium, k_c² / 2 + k_v k_c ≥ k_d (Treiber and Kesting 2013, chapter 15). All but a
-    are taken from `own`. Divided by a, the condition is quadratic in √a. At rest it is s0 / T².
+    At an equilibrium, k_c² / 2 + k_v k_c ≥ k_d (Treiber and Kesting 2013, chapter 15). `own` gives
+    all parameters but a. Divided by a, the condition is quadratic in √a. At rest, a is s0 / T².
     """
     _, _, k_d, k_v, k_c = _at(replace(own, acceleration_mps2=1.0), speed_mps)
     if k_c <= 0.0:
@@ -86,7 +86,7 @@ def _linear(own: Parameters, setpoint: Setpoint, _m: int) -> Linear:
 
 
 def _power(base: Number, exponent: int) -> Number:
-    """Return a power by products: other powers depend on the processor."""
+    """Return a power by multiplication, because `**` depends on the processor."""
     result = 1.0
     for _ in range(exponent):
         result = result * base

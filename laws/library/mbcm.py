@@ -38,7 +38,7 @@ def weights_of(kind: str | tuple[float, ...], m: int) -> tuple[float, ...]:
 
 
 def multi_node(seen: Observation, own: Parameters) -> Number:
-    """Return the acceleration of the host, m/s², from as many sides as are known."""
+    """Return the acceleration of the host, m/s², from as many pairs of neighbours as are known."""
     k_d, k_v, k_c, _, v_des = seen.setpoint
     weights = weights_of(own.weights, len(seen.sides))
     pull = sum(

@@ -1,6 +1,7 @@
-"""min_ms and a gamma distribution above it, cut off at max_ms.
+"""A gamma distribution above min_ms, cut off at max_ms.
 
-`scipy.special` loads when it is first used: it takes longer than all else that a scenario needs.
+`scipy.special` loads when it is first used, because it loads more slowly than everything else that
+a scenario needs.
 """
 
 from __future__ import annotations
@@ -36,10 +37,11 @@ def quantile(values: Values, _technology_ms: Span) -> Delays:
 
 
 def _standard_quantile(shape: float) -> Callable[[Floats], Floats]:
-    """That of a gamma distribution of scale 1: straight lines between 8,192 points, tails exact.
+    """Return the quantile function of a gamma distribution of scale 1.
 
-    Half a microsecond each would be half the cost of a cycle. In the portion between the tails the
-    lines are off by less than a ten-thousandth of the standard deviation.
+    It interpolates linearly between 8,192 points, and is exact in the tails. Exact values at half a
+    microsecond each would be half the cost of a cycle. Between the tails the error is less than a
+    ten-thousandth of the standard deviation.
     """
     portions = np.linspace(_TAIL, 1.0 - _TAIL, 8_192)
     points = scipy.special.gammaincinv(shape, portions)

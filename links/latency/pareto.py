@@ -1,4 +1,4 @@
-"""Pareto's first kind, of scale min_ms, cut off at max_ms."""
+"""A Pareto distribution (type I) with scale min_ms, cut off at max_ms."""
 
 from __future__ import annotations
 

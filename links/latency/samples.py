@@ -1,4 +1,4 @@
-"""Any of measured latencies, each as likely."""
+"""Measured latencies, all equally likely."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The delay of the technology: any latency in its span (paper Table I)."""
+"""The delay of the technology: uniform between its bounds (paper Table I)."""
 
 from __future__ import annotations
 

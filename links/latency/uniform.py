@@ -1,4 +1,4 @@
-"""Any latency between two, each as likely."""
+"""A uniform distribution between two latencies."""
 
 from __future__ import annotations
 

@@ -19,13 +19,13 @@ Table = Annotated[tuple[Pair, ...], Field(strict=False)]  # a list is fine too
 
 
 def start(table: tuple[tuple[float, float], ...], _draws: Draws, _size: int) -> Judge:
-    """Return the probability that a frame is lost, (r,); beyond the table, that of its end."""
+    """Return the probability that a frame is lost, (r,); beyond the table, the nearest value."""
     at_m, p = np.array(table).T
     return lambda frames, _scene: np.interp(frames.distance, at_m, p)
 
 
 def disagreements(table: tuple[tuple[float, float], ...], key: str) -> Iterator[Disagreement]:
-    """Yield the distances that do not rise."""
+    """Yield the distances that do not increase."""
     for index, ((before, _), (distance, _)) in enumerate(pairwise(table), start=1):
         if distance <= before:
             text = (

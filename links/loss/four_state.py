@@ -1,7 +1,7 @@
-"""Loss in bursts by four states (Salsano et al. 2009), with the letters of Linux `tc netem`.
+"""Loss in bursts with four states (Salsano et al. 2009), in the notation of Linux `tc netem`.
 
-It steps as net/sched/sch_netem.c does (loss_4state), with 53-bit draws keyed by seed, link and
-sequence number in place of its random numbers.
+It steps as net/sched/sch_netem.c does (loss_4state), but with 53-bit draws keyed by seed, link and
+sequence number.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ LOST_IN_GAP: Final = 3
 
 
 class FourState(Section):
-    """Loss as `tc netem … loss state p13 [p31 [p32 [p23 [p14]]]]` has it, as fractions.
+    """Loss as in `tc netem … loss state p13 [p31 [p32 [p23 [p14]]]]`, with fractions.
 
-    States: 1 received in a gap, 2 received in a burst, 3 lost in a burst, 4 lost in a gap. p31
-    null: 1 - p13.
+    States: 1 received in a gap, 2 received in a burst, 3 lost in a burst, 4 lost in a gap. If p31
+    is null, it is 1 - p13.
     """
 
     p13: Fraction = 0.0
@@ -42,7 +42,7 @@ class FourState(Section):
 
 
 def disagreements(model: FourState, key: str) -> Iterator[Disagreement]:
-    """Yield what leaves a state with a probability above 1."""
+    """Yield the transitions out of a state whose probabilities add up to more than 1."""
     leaving = {"p14": (model.p14, "p13", model.p13), "p32": (model.p32, "p31", model.p31 or 0)}
     for name, (value, other, beside) in leaving.items():
         if value + beside > 1:
@@ -52,7 +52,7 @@ def disagreements(model: FourState, key: str) -> Iterator[Disagreement]:
 
 
 def step_of(model: FourState, draws: Draws) -> Step:
-    """Return the step of a link; the loss is that of the state reached."""
+    """Return the step of a link; the state after the step decides the loss."""
     p31 = 1.0 - model.p13 if model.p31 is None else model.p31
     leaves = np.array(  # cumulated probabilities, by state: to the first, first or second target
         [
@@ -82,7 +82,7 @@ def step_of(model: FourState, draws: Draws) -> Step:
 
 
 def start(model: FourState, draws: Draws, size: int) -> Judge:
-    """Return which frames are lost, by a chain for each link."""
+    """Return a Judge that says which frames are lost, with a chain for each link."""
     return Chains(size, step_of(model, draws)).judge
 
 

@@ -1,7 +1,7 @@
-"""Loss in bursts by Gilbert (1960) and Elliott (1963), with the letters of Linux `tc netem`.
+"""Loss in bursts by Gilbert (1960) and Elliott (1963), in the notation of Linux `tc netem`.
 
-It steps as net/sched/sch_netem.c does (loss_gilb_ell), with 53-bit draws keyed by seed, link and
-sequence number in place of its random numbers.
+It steps as net/sched/sch_netem.c does (loss_gilb_ell), but with 53-bit draws keyed by seed, link
+and sequence number.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ BAD: Final = 1
 
 
 class GilbertElliott(Section):
-    """Loss in bursts, as Linux `tc netem … loss gemodel p [r [1-h [1-k]]]` has it, as fractions.
+    """Loss in bursts as in Linux `tc netem … loss gemodel p [r [1-h [1-k]]]`, with fractions.
 
-    p: from the good state to the bad one; r: back (null: 1 - p). A frame is lost with one_minus_h
-    in the bad state and with one_minus_k in the good one.
+    p: probability of a step from the good state to the bad one; r: of the step back (null: 1 - p).
+    A frame is lost with probability one_minus_h in the bad state, and one_minus_k in the good one.
     """
 
     p: Fraction = 0.0
@@ -37,7 +37,7 @@ class GilbertElliott(Section):
 
 
 def step_of(model: GilbertElliott, draws: Draws) -> Step:
-    """Return the step of a link; the loss is that of the state before the step."""
+    """Return the step of a link; the state before the step decides the loss."""
     r = 1.0 - model.p if model.r is None else model.r
 
     def step(state: Ints, who: Ints, whom: Ints, sequence: Ints) -> tuple[Ints, Bools]:
@@ -51,7 +51,7 @@ def step_of(model: GilbertElliott, draws: Draws) -> Step:
 
 
 def start(model: GilbertElliott, draws: Draws, size: int) -> Judge:
-    """Return which frames are lost, by a chain for each link."""
+    """Return a Judge that says which frames are lost, with a chain for each link."""
     return Chains(size, step_of(model, draws)).judge
 
 

@@ -1,6 +1,7 @@
 """Loss of frames from received power: two slopes, shadowing, vehicles in the way, fading.
 
-`scipy.special` loads when it is first used: it takes longer than all else that a scenario needs.
+`scipy.special` loads when it is first used, because it loads more slowly than everything else that
+a scenario needs.
 """
 
 from __future__ import annotations
@@ -26,16 +27,17 @@ Decibels = Annotated[float, Field(ge=-1000, le=1000)]
 Exponent = Annotated[float, Field(ge=0, le=10)]
 
 REFERENCE_M: Final = 10.0
-"""Distance of the reference loss; nothing is taken to be nearer."""
+"""Distance of the reference loss; shorter distances count as this one."""
 
 
 class PathLoss(Section):
     """Loss from received power: two-slope path loss, shadowing, vehicles in the way, fading.
 
-    A frame is lost where the power is below sensitivity_dbm. reference_loss_db is that at 10 m;
-    from there exponent, beyond break_m exponent_beyond. shadowing_db: standard deviation, which
-    falls to 1/e of its correlation after decorrelation_m. blockage_db for each vehicle between.
-    fading_m: shape of Nakagami fading, anew for each frame (1: Rayleigh); null: none.
+    A frame is lost if its power is below sensitivity_dbm. reference_loss_db: the loss at 10 m, from
+    where it grows with exponent, and beyond break_m with exponent_beyond. shadowing_db: standard
+    deviation of shadowing, whose correlation falls to 1/e after decorrelation_m. blockage_db: loss
+    for each vehicle in between. fading_m: shape of Nakagami fading, drawn for each frame (1:
+    Rayleigh); null: no fading.
     """
 
     transmit_dbm: Decibels = 23.0
@@ -68,7 +70,10 @@ def start(model: PathLoss, draws: Draws, size: int) -> Judge:
 
 
 def path_loss_db(distance: Floats, model: PathLoss) -> Floats:
-    """Two slopes over the logarithm of distance, m (as in Abbas et al. 2015, Eq. 5)."""
+    """Return the path loss, dB: two slopes over the logarithm of the distance (m).
+
+    See Abbas et al. 2015, Eq. 5.
+    """
     d = np.maximum(distance, REFERENCE_M)
     near = model.exponent * np.log10(np.minimum(d, model.break_m) / REFERENCE_M)
     far = model.exponent_beyond * np.log10(np.maximum(d, model.break_m) / model.break_m)
@@ -76,10 +81,10 @@ def path_loss_db(distance: Floats, model: PathLoss) -> Floats:
 
 
 def outage(margin_db: Floats, fading_m: float | None) -> Floats:
-    """Probability that the power falls below what the receiver needs, its mean `margin_db` above.
+    """Return the probability that the power falls below the receiver's sensitivity.
 
-    Without fading it is 0 or 1. Under Nakagami fading of shape m the power is gamma distributed
-    with shape m about its mean.
+    margin_db: by how much the mean power exceeds the sensitivity, dB. Without fading the result is
+    0 or 1. Under Nakagami fading with shape m, the power has a gamma distribution with shape m.
     """
     if fading_m is None:
         return (margin_db < 0.0).astype(np.float64)
@@ -87,7 +92,7 @@ def outage(margin_db: Floats, fading_m: float | None) -> Floats:
 
 
 def between(frames: SentFrames, scene: Scene) -> Ints:
-    """How many vehicles stand between sender and receiver, (r,); on the ring on the shorter way."""
+    """Return how many vehicles are between sender and receiver, (r,), on the shorter way."""
     n = len(scene.position)
     place = scene.position
     if scene.ring_length_m is not None:
