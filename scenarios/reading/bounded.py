@@ -35,7 +35,7 @@ class RegularFile:
         """
         try:
             _refuse_irregular(os.stat(self.path).st_mode)
-            # Do not block: another file may have taken its place meanwhile.
+            # Do not block: a pipe may have replaced the file in the meantime.
             handle = os.open(self.path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
         except ValueError:  # the name has a null byte
             raise _refusal("not a valid file name") from None

@@ -22,7 +22,7 @@ _QUALIFIERS: Final = frozenset(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What to read from a table; None: as the table itself says.
+    """What to read from a table; None: the table itself decides.
 
     Columns are given by name. `time` is "as-given" or "from-first". `where` maps columns to
     values: only rows with these values are read, such as those of one vehicle.

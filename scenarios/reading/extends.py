@@ -20,10 +20,10 @@ _MOST_SCENARIOS: Final = 50
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """A scenario, merged with all that it extends.
+    """A scenario merged with all scenarios that it extends.
 
-    text is that of the scenario's own file, problems has the values that could not be read in any
-    of the files, and origins maps the `source` of places to the files.
+    text is the text of the scenario's own file, problems has the values that could not be read in
+    any of the files, and origins maps the `source` of places to the files.
     """
 
     text: str

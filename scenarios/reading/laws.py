@@ -34,7 +34,7 @@ _CONTROL: Path = ("control",)
 def with_laws(
     root: Node, origins: Mapping[str, Origin], *, allow_code: bool = False
 ) -> tuple[Node, list[Problem]]:
-    """Return `root` with the laws of the scenario's own loaded, and the problems with them.
+    """Return `root` after loading the scenario's own laws, and the problems with them.
 
     Each reference gets the hash of its source. The parameters of all laws are filled in. Loading a
     law runs its code, which must lie beside the scenario or in an installed package unless
@@ -98,7 +98,7 @@ def _is_code(name: str, kind: Kind) -> bool:
 
 
 def _folder(model: Node, origins: Mapping[str, Origin]) -> FilePath | None:
-    """Return the folder of the scenario that names the law; for an option, that of the last one."""
+    """Return the folder of the scenario that names the law; for an option, of the main scenario."""
     origin = origins.get(model.place.source) or next(iter(origins.values()), None)
     if origin is None or origin.builtin:
         return FilePath()
@@ -128,7 +128,7 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
 def _with_parameters(
     root: Node, path: Path, full: str, parameters: type
 ) -> tuple[Node, list[Problem]]:
-    """Return `root` with all parameters of a law: given here or for the whole fleet, or default."""
+    """Return `root` with all parameters of a law: given here, given for the fleet, or defaults."""
     section = root.find(path)
     assert section is not None
     given = section.child("parameters")
@@ -152,9 +152,9 @@ def _with_parameters(
 
 
 def _checked(parameters: type, values: object) -> BaseModel:
-    """Return the values by the model of a dataclass, which also accepts them.
+    """Return the values as checked by the model of a dataclass and by the dataclass itself.
 
-    Raises ValidationError where a type does not fit, and LawError for what the dataclass raises.
+    Raises ValidationError if a type does not fit, and LawError for any error of the dataclass.
     """
 
     def failed(error: BaseException) -> LawError:
@@ -169,7 +169,7 @@ def _checked(parameters: type, values: object) -> BaseModel:
 
 
 def require_linear_forms(scenario: Scenario, root: Node) -> None:
-    """Raise InvalidScenarioError where the linear form of a law cannot be computed."""
+    """Raise InvalidScenarioError if the linear form of a law cannot be computed."""
     try:
         own_laws(scenario)
     except LawError as error:
@@ -232,7 +232,7 @@ def as_node(value: Any, place: Any) -> Node:
 
 
 def _placed_as(node: Node, given: Node) -> Node:
-    """Return `node` with the entries that were given at the places where they were written."""
+    """Return `node` with each entry that was given at the place where it was written."""
     if not isinstance(node.value, dict) or not isinstance(given.value, dict):
         return node
     entries = {

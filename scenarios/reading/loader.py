@@ -23,7 +23,8 @@ from zenvoy.scenarios.schema.scenario import Scenario
 class Loaded:
     """A scenario, its name, and the text it was read from.
 
-    The text is that of its own file, without the files that it extends and without overrides.
+    The text is that of the scenario's own file, without the files that it extends and without
+    overrides.
     """
 
     name: str

@@ -45,7 +45,7 @@ class Origin:
 
     @property
     def identity(self) -> tuple[bool, str]:
-        """Equal for two origins of the same text."""
+        """A value that is equal for two origins of the same text."""
         return self.builtin, self.name if self.builtin else os.path.realpath(self.source)
 
     def text(self, rank: int = 0) -> str:

@@ -26,8 +26,8 @@ class Recording:
     """A speed over time: points of (s, m/s), the line of each point, and how they were read.
 
     missing counts rows without a speed, which are left out; longest_gap_s is the longest time
-    between two points around such rows. raised counts rows whose speed was slightly below 0 and is
-    taken to be 0. others counts rows that `where` leaves out.
+    between two points around such rows. raised counts rows whose speed was slightly below 0 and
+    became 0. others counts rows that `where` leaves out.
     """
 
     points: tuple[tuple[float, float], ...]

@@ -44,7 +44,7 @@ class Reader(Protocol):
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Keys of a section that say how to read the file."""
+        """The keys of a section that say how to read the file."""
         ...
 
     def read(self, text: str, top: Place, key: str, options: Mapping[str, Node]) -> Node:
@@ -149,7 +149,7 @@ class Numbers:
         """Return the numbers; see `Reader`."""
         header, *rows = _rows(text, top)
         if ",".join(cell.strip() for cell in header[0]) != self.header:
-            # It may be any file, so show none of its text.
+            # It may be any file, so the message shows none of its text.
             what = f"not a table of numbers under the header {self.header}"
             raise _refused(f"{key}.file", what, header[1])
         problems = [

@@ -61,14 +61,14 @@ def _delay(channel: Channel) -> Iterator[Problem]:
 
 
 def _loss(loss: Loss, section: str) -> Iterator[Problem]:
-    """What each loss model finds impossible in its value."""
+    """Yield the contradictions that each loss model finds in its value."""
     for key, model in loss_models().items():
         for found in model.disagreements(getattr(loss, key), f"{section}.{key}"):
             yield Problem(key=found.key, text=found.text, related=found.related)
 
 
 def _latency(latency: Latency, section: str) -> Iterator[Problem]:
-    """Each distribution has its parameters, all that it needs and none that it ignores."""
+    """Check that the distribution has all parameters that it needs and none that it ignores."""
     kind, chosen = latency.distribution, f"{section}.distribution"
     needs, may = distributions()[kind].needs, distributions()[kind].may
     missing = [name for name in needs if getattr(latency, name) in (None, ())]
@@ -91,7 +91,7 @@ def _latency(latency: Latency, section: str) -> Iterator[Problem]:
 
 
 def _in_order(latency: Latency, section: str) -> Iterator[Problem]:
-    """min_ms, mean_ms and max_ms rise, as far as they are given."""
+    """Check that min_ms, mean_ms and max_ms are in ascending order, as far as they are given."""
     distribution = distributions()[latency.distribution]
     given = {name: getattr(latency, name) for name in ("min_ms", "mean_ms", "max_ms")}
     known = [(name, value) for name, value in given.items() if value is not None]

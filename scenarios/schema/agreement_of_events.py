@@ -14,7 +14,7 @@ from zenvoy.values.wording import trimmed
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# 100 minutes at ten per second: as many as a YAML file of at most 200,000 values can hold.
+# 100 minutes at ten points per second: as many as a YAML file of at most 200,000 values can hold.
 _MOST_POINTS = 60_000
 
 

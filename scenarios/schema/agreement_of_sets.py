@@ -12,7 +12,7 @@ from zenvoy.values.wording import shown
 if TYPE_CHECKING:
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# Sets are stored member by member: twice as many would take a gigabyte.
+# Sets are stored member by member, so twice as many would take a gigabyte.
 _MOST_MEMBERS: Final = 2_000_000
 _RESERVED: Final = ("all", "not")
 

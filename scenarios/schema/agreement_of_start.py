@@ -1,4 +1,4 @@
-"""Checks of the gaps and speeds that vehicles have at the start, if they are given one by one."""
+"""Checks of the initial gaps and speeds of vehicles, if they are given one by one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def start_that_disagrees(scenario: Scenario) -> Iterator[Problem]:
-    """Yield a problem for each number that is missing, or too many, or too small."""
+    """Yield a problem for each list of the wrong length, and for each gap that is too small."""
     fleet = scenario.fleet
     yield from _counts(fleet)
     yield from _lengths(fleet)
@@ -42,7 +42,7 @@ def _lengths(fleet: Fleet) -> Iterator[Problem]:
 
 
 def _rest_of_ring(fleet: Fleet, ring_m: float | None) -> Iterator[Problem]:
-    """Check that on a ring the gaps leave one for the first vehicle."""
+    """Check that the gaps on a ring leave a gap for the first vehicle."""
     if fleet.initial_gaps_m is None or ring_m is None:
         return
     left_m = ring_m - sum(fleet.initial_gaps_m)

@@ -21,11 +21,11 @@ from zenvoy.values.section import LARGEST, Fraction, NonNegative, Positive, Sect
 
 Messages = Annotated[int, Field(ge=1, le=10_000)]
 Along = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
-_WIDTH: Final = 92  # of what the schema says of a section
+_WIDTH: Final = 92  # characters per line in the description of a section
 
 
 def _loss_section() -> type[Section]:
-    """The section `loss`, with a key for each loss model."""
+    """Return the section `loss`, with a key for each loss model."""
     head = "What a receiver misses: a frame is lost if any of these says so, each link for itself."
     models = loss_models().values()
     text = fill(" ".join(model.meaning for model in models if model.meaning), _WIDTH)
@@ -47,7 +47,7 @@ else:
 
 
 def _of_latency(schema: dict[str, Any]) -> None:
-    """Say what each distribution is, and allow `file`.
+    """Describe each distribution, and allow the key `file`.
 
     `zenvoy.scenarios.reading.files` puts the contents of `file` into samples_ms.
     """
@@ -71,9 +71,9 @@ Distribution = Annotated[
 
 
 class SenderOffset(Section):
-    """A latency up to max_ms that a sender keeps for a number of messages, as C-V2X mode 4 does.
+    """A latency up to max_ms that a sender keeps for a number of messages, as in C-V2X mode 4.
 
-    After from_messages to to_messages of them it draws a new one, or keeps the old one with
+    After from_messages to to_messages messages it draws a new one, or keeps the old one with
     probability keep.
     """
 
@@ -84,7 +84,7 @@ class SenderOffset(Section):
 
 
 class Latency(Section):
-    """From sender to receiver, beside the frame's time on the air, each frame for itself."""
+    """The latency from sender to receiver, drawn for each frame, besides its time on the air."""
 
     model_config = ConfigDict(json_schema_extra=_of_latency)
 
@@ -116,11 +116,11 @@ class Scope(Section):
 
 
 class Outage(Scope):
-    """Frames that it covers are lost."""
+    """An outage: the frames that it covers are lost."""
 
 
 class Rule(Scope):
-    """Its loss or latency (null: unchanged) replaces the channel's for the frames that it covers.
+    """A rule, whose loss or latency (null: unchanged) replaces the channel's for its frames.
 
     If several rules cover a frame, the last one counts.
     """
@@ -180,8 +180,8 @@ class Channel(Section):
     medium: Medium = Medium()
     relay_hops: Annotated[int, Field(ge=1, le=100)] = 1
     duplicate: Fraction = 0.0
-    rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is welcome too
-    outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is welcome too
+    rules: Annotated[tuple[Rule, ...], Field(strict=False)] = ()  # a list is allowed, too
+    outages: Annotated[tuple[Outage, ...], Field(strict=False)] = ()  # a list is allowed, too
     frame_bytes: Annotated[int, Field(ge=1, le=65_535)] = 300
 
     @property

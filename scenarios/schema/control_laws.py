@@ -14,7 +14,7 @@ _FIRST_MODE: Final = 64  # for laws that are not in the library; modes are below
 
 
 def parameters_of(control: Control, law: Law, given: tuple[tuple[str, Any], ...] = ()) -> Any:
-    """Return the parameters of a law, of the law's own type."""
+    """Return the parameters of a law, in the law's own type."""
     if law.section is not None:
         return parameters_from(law, getattr(control, law.section))
     return parameters_checked(law.parameters, dict(given))
@@ -29,7 +29,7 @@ def models_named(scenario: Scenario) -> list[str]:
 
 
 def modes(scenario: Scenario) -> dict[str, int]:
-    """Return the number in the log of every model that a scenario names.
+    """Return the mode, the number in the log, of every model that a scenario names.
 
     Laws of the library have fixed numbers; others are numbered from 64 on, in order of reference.
     """

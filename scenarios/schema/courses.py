@@ -13,8 +13,8 @@ _NS_PER_S = 1_000_000_000
 class Course:
     """A piecewise linear value over time: `points` of (ns, value), the first at 0.
 
-    Of two points at the same instant, the later one counts from there on. After the last point the
-    value stays.
+    If two points have the same time, the second counts from there on. After the last point the
+    value stays constant.
     """
 
     points: tuple[tuple[int, float], ...]

@@ -16,7 +16,7 @@ from zenvoy.scenarios.schema.scenario import Scenario
 
 
 class _Representer(SafeRepresenter):
-    """Quotes all text but plain words, because ruamel leaves some unquoted that YAML misreads.
+    """Quotes all text but plain words, because ruamel does not quote some text that YAML misreads.
 
     Each list of numbers takes one line, and keys stay in the order of the schema.
     """

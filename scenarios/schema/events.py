@@ -89,11 +89,11 @@ class Trace(Section):
     type: Literal["trace"] = "trace"
     vehicle: Vehicle
     at_s: NonNegative
-    points: Annotated[tuple[Point, ...], Field(strict=False)]  # a list is welcome too
+    points: Annotated[tuple[Point, ...], Field(strict=False)]  # a list is allowed, too
 
     @property
     def times_ns(self) -> tuple[int, ...]:
-        """Times of the points, ns."""
+        """The times of the points, ns."""
         start_ns = round(self.at_s * NS_PER_S)
         return tuple(start_ns + round(time_s * NS_PER_S) for time_s, _ in self.points)
 

@@ -74,7 +74,7 @@ def _plain(weights: str | tuple[float, ...]) -> str | list[float]:
 
 
 def _noun(words: str) -> WithJsonSchema:
-    """Add a description for messages, where the type alone does not say what is allowed."""
+    """Add a description for messages, because the type alone does not say what is allowed."""
     return WithJsonSchema({"type": "string", "noun": words})
 
 
@@ -106,7 +106,7 @@ Parameters = Annotated[
     PlainSerializer(_mapping),
     WithJsonSchema({"type": "object", "additionalProperties": True}),
 ]
-"""Parameters of a law, as pairs, so that a scenario is hashable."""
+"""Parameters of a law, kept as pairs so that a scenario is hashable."""
 Weights = Annotated[
     str | tuple[float, ...],
     PlainValidator(_weights),

@@ -33,7 +33,7 @@ def notes_of(scenario: Scenario) -> list[Problem]:
 
 
 def _start(scenario: Scenario, sets: Sets) -> Iterator[Problem]:
-    """Note if the fleet does not start at the desired gap, or the first at the desired speed."""
+    """Note if the fleet does not start at the desired gap, or vehicle 1 at the desired speed."""
     fleet, control = scenario.fleet, scenario.control
     own_gap, own_speed = (
         {v for group in fleet.groups if getattr(group, name) is not None for v in sets[group.name]}
@@ -97,7 +97,7 @@ def _last_desired_gap_ns(scenario: Scenario) -> float:
 
 
 def _only_time_gaps(scenario: Scenario) -> bool:
-    """Return whether no vehicle ever has a gap to keep, nor falls back to a law that has one."""
+    """Return whether no vehicle ever keeps a desired gap, not even after a fallback."""
     laws = [find(model) for settings in roster(scenario) for model in settings.models]
     by_radar = scenario.control.neighbour_state == "radar"
     return by_radar and all(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from zenvoy.scenarios.schema.channel import Outage, Rule, Scope
     from zenvoy.scenarios.schema.scenario import Scenario
 
-# Wall time. With less, most frames of a fleet in real time miss their decision.
+# Wall time. With less slack, most frames of a fleet in real time miss their decision.
 _LEAST_SLACK_MS: Final = 5.0
 
 
@@ -121,7 +121,7 @@ def _scope(
 
 
 def _reach_m(scenario: Scenario, until_s: float) -> tuple[float, float]:
-    """Return the positions that vehicles can reach, m; on the open road none passes the first."""
+    """Return the positions that vehicles can reach, m; on an open road none passes the first."""
     if scenario.ring_length_m is not None:
         return 0.0, scenario.ring_length_m
     fleet, control = scenario.fleet, scenario.control

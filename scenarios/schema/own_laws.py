@@ -69,7 +69,7 @@ def _linear(scenario: Scenario, model: str, law: Law) -> list[list[Any]]:
         for m in range(1, law.sides(parameters) + 1) if law.needs.sides else (0,):
             with errors_of_the_code(partial(raised, f"linear form of law {law.name}", law.linear)):
                 linear = law.linear(parameters, setpoint, m)
-                json.dumps(list(linear))  # it is to be written
+                json.dumps(list(linear))  # fails here if it cannot be written
             rows.append([dict(given), list(setpoint), m, list(linear)])
     return rows
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 _NS_PER_S = 1_000_000_000
 
-# An entry of the schedule and its vehicles; None: all whose groups do not set the value it changes.
+# An entry of the schedule, and its vehicles; None: all vehicles whose groups do not set the value
+# that it changes.
 Entry = tuple["Switch", frozenset[int] | None]
 _GAINS = ("k_d", "k_v", "k_c")
 
@@ -41,7 +42,7 @@ class Settings:
     """The settings of one vehicle.
 
     phases has its laws in order of time. Gains, desired gap and desired speed are those at the
-    start; `targets` has them over time. lag_s: time constant of its actuator; 0: none.
+    start; `targets` has them over time. lag_s: time constant of its actuator, s; 0: no lag.
     """
 
     phases: tuple[Phase, ...]

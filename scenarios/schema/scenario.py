@@ -59,15 +59,15 @@ _DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "des
 
 
 class Road(Section):
-    """Shape of the road. The length of a ring is fleet.size · fleet.gap_m."""
+    """The shape of the road. The length of a ring is fleet.size · fleet.gap_m."""
 
     type: Literal["ring", "open"] = "ring"
 
 
 class Gains(Section):
-    """k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no values).
+    """The gains k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no values).
 
-    k_c draws the speed towards the desired speed. Below 0 it drives it away, as in the paper's
+    k_c pulls the speed towards the desired speed. A negative k_c drives it away, as in the paper's
     printed equations.
     """
 
@@ -79,9 +79,9 @@ class Gains(Section):
 class Vehicle(Section):
     """How a vehicle carries out its commands.
 
-    Its acceleration follows the command as a first-order lag of time constant actuator_lag_s; null:
-    at once. Commands and what they cause stay within -max_deceleration_mps2 and
-    max_acceleration_mps2; null: control.acceleration_limit_mps2.
+    Its acceleration follows the command with a first-order lag of time constant actuator_lag_s;
+    null: without lag. Commands and the accelerations that they cause stay between
+    -max_deceleration_mps2 and max_acceleration_mps2; null: control.acceleration_limit_mps2.
     """
 
     actuator_lag_s: Annotated[float, Field(ge=0.001, le=100)] | None = None
@@ -90,10 +90,10 @@ class Vehicle(Section):
 
 
 class Group(Section):
-    """A set of vehicles with settings of its own; null: the settings of `control` and `vehicle`.
+    """A set of vehicles with its own settings; null: the settings of `control` and `vehicle`.
 
-    The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. Where groups
-    overlap, the later one counts.
+    The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. If groups overlap,
+    the last one counts.
     """
 
     model_config = _DESIRED_BUMPER_GAP
@@ -113,8 +113,8 @@ class Group(Section):
 class Fleet(Section):
     """Vehicles 1..size; vehicle i follows i - 1.
 
-    At the start they are evenly spaced and equally fast, unless the gaps of vehicles 2..size or the
-    speeds of all are given.
+    At the start they have equal gaps and equal speeds, unless the gaps of vehicles 2..size or the
+    speeds of all vehicles are given.
     """
 
     model_config = _BUMPER_GAP
@@ -125,30 +125,30 @@ class Fleet(Section):
     speed_mps: NonNegative = 30.0
     initial_gaps_m: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
     initial_speeds_mps: Annotated[tuple[NonNegative, ...], Field(strict=False)] | None = None
-    groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is welcome too
+    groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is allowed, too
 
     @property
     def gaps_at_start_m(self) -> tuple[float, ...]:
-        """Gaps of vehicles 2..size at the start, m."""
+        """The gaps of vehicles 2..size at the start, m."""
         even = (self.gap_m,) * (self.size - 1)
         return even if self.initial_gaps_m is None else self.initial_gaps_m
 
     @property
     def positions_at_start_m(self) -> tuple[float, ...]:
-        """Positions of vehicles 1..size at the start, m; the last vehicle is at 0."""
+        """The positions of vehicles 1..size at the start, m; the last vehicle is at 0."""
         if self.initial_gaps_m is None:
             return tuple(behind * self.gap_m for behind in range(self.size - 1, -1, -1))
         return tuple(accumulate(reversed(self.initial_gaps_m), initial=0.0))[::-1]
 
     @property
     def speeds_at_start_mps(self) -> tuple[float, ...]:
-        """Speeds of vehicles 1..size at the start, m/s."""
+        """The speeds of vehicles 1..size at the start, m/s."""
         even = (self.speed_mps,) * self.size
         return even if self.initial_speeds_mps is None else self.initial_speeds_mps
 
 
 class GainChanges(Section):
-    """As Gains; null: as before."""
+    """Changes of gains, as in Gains; null: unchanged."""
 
     k_d: NonNegative | None = None
     k_v: NonNegative | None = None
@@ -216,7 +216,7 @@ class Control(Section):
 
     model: Model = "PBCM"
     parameters: Parameters = ()
-    schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is welcome too
+    schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is allowed, too
     gains: Gains = Gains()
     multi_node: MultiNode = MultiNode()
     platoon: Platoon = Platoon()
@@ -238,12 +238,12 @@ class Sensors(Section):
 
     @property
     def error_std(self) -> float:
-        """Standard deviation of the error as a fraction; the same for both distributions."""
+        """The standard deviation of the error as a fraction, the same for both distributions."""
         return self.error / 3**0.5
 
 
 class Estimator(Section):
-    """The filters of links and own speed; process noise is the std. deviation of an acceleration.
+    """The filters of links and own speed; acceleration_std_mps2 sets their process noise.
 
     On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
     """
@@ -293,7 +293,7 @@ class Scenario(Section):
     sensors: Sensors = Sensors()
     estimator: Estimator = Estimator()
     channel: Channel = Channel()
-    events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is welcome too
+    events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is allowed, too
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:
@@ -317,7 +317,7 @@ class Scenario(Section):
 
     @property
     def period_ns(self) -> int:
-        """Length of a control cycle, ns."""
+        """The length of a control cycle, ns."""
         return round(self.period_ms * NS_PER_MS)
 
     @property
@@ -327,12 +327,12 @@ class Scenario(Section):
 
     @property
     def system_delay_ns(self) -> int:
-        """Time from a decision to its effect, ns."""
+        """The time from a decision to its effect, ns."""
         return round(self.control.system_delay_ms * NS_PER_MS)
 
     @property
     def beacon_age_limit_ns(self) -> int:
-        """Age beyond which a neighbour's data are no longer used, ns."""
+        """The age beyond which data of a neighbour are no longer used, ns."""
         return round(self.control.beacon_age_limit_ms * NS_PER_MS)
 
     @property
@@ -349,10 +349,10 @@ class Scenario(Section):
 
     @property
     def cycles(self) -> int:
-        """Number of control cycles; cycle k starts at k · period."""
+        """The number of control cycles; cycle k starts at k · period."""
         return max(1, round(self.duration_s * NS_PER_S) // self.period_ns)
 
     @property
     def ring_length_m(self) -> float | None:
-        """Length of the ring, m; None on the open road."""
+        """The length of the ring, m; None on an open road."""
         return self.fleet.size * self.fleet.gap_m if self.road.type == "ring" else None

@@ -45,7 +45,7 @@ class Technology(Section):
 
     title, band_ghz, bandwidth, bit_rate, v2v and mimo are shown in tables only. The latency of a
     frame is delay_ms, drawn uniformly from a span, plus its time on the air at bit_rate_mbps.
-    Without broadcast a sender sends each neighbour its own copy, one after the other. csma says
+    Without broadcast a sender sends a copy to each neighbour, one after the other. csma says
     whether carrier sense of IEEE 802.11 (`channel.medium.access: csma`) is allowed.
     """
 

@@ -8,7 +8,7 @@ from decimal import Decimal
 from types import MappingProxyType
 from typing import Final
 
-# A value in the unit is multiplied by the first and divided by the second to be in m/s or s.
+# Multiply a value in the unit by the first number and divide by the second to get m/s or s.
 Ratio = tuple[Decimal, Decimal]
 
 SPEEDS: Final[Mapping[str, Ratio]] = MappingProxyType(

@@ -22,7 +22,7 @@ def own_wait_ms(scenario: Scenario) -> float:
     """Return the longest delay of the technology plus the time of a frame, rounded up to whole ms.
 
     In real time some slack is added, at most half of the rest of the period. If the wait does not
-    fit into a period it is 0: a vehicle decides on the data that it has.
+    fit into a period, it is 0: a vehicle decides with the data that it has.
     """
     channel, period_ms = scenario.channel, scenario.period_ns * 1e-6
     wait_ms = float(math.ceil(channel.radio.delay_ms[1] + frame_ms(channel)))
