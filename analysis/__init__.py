@@ -1,4 +1,4 @@
-"""From a run's log to numbers: arrays, metrics, summaries."""
+"""Analysis of runs: logs as arrays, measures, linear theory, and the chapters of a report."""
 
 from zenvoy.analysis.log.arrays import LogError, read_events, read_facts, read_fleet, read_frames
 from zenvoy.analysis.log.load import Run, load

@@ -42,9 +42,9 @@ def run(
     "in-process" (all vehicles in this process, which is faster for a small fleet), "arrays" (the
     same arithmetic on arrays, which is faster still, but does not run every scenario) or "auto"
     ("arrays" where they run the scenario, else "in-process"). All write the same log, bit for bit.
-    `out` is the folder of the run, new or empty; by default it is
-    `runs/<time>-<scenario>`. `on_progress` is called several times a second, in this thread; an
-    exception that it raises ends the run.
+    `out` is the folder of the run, new or empty; by default it is `runs/<time>-<scenario>`.
+    `on_progress` is called several times a second, in this thread; an exception that it raises ends
+    the run.
 
     Nothing is printed. Ctrl-C raises KeyboardInterrupt, and the log so far is kept. The processes
     are forked from this one, which must not have opened a Zenoh session before.

@@ -1,4 +1,4 @@
-"""The chapter "String stability" of a report: measurements compared with linear theory."""
+"""The chapter "String stability" of a report: measurements next to linear theory."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Compares runs."""
+"""Compares runs: their scenarios, figures and pictures side by side."""

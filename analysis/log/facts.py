@@ -32,7 +32,7 @@ class Facts:
     repair: dict[str, str]
     """Metadata zenvoy.repair; {} where the log was not repaired."""
     laws: dict[str, str]
-    """Laws of the scenario's own by name: what the scenario calls them, and their package."""
+    """The scenario's own laws by name: the reference in the scenario, and the package."""
     scenario: Scenario
     counts: dict[str, int]
     whole: bool
@@ -41,12 +41,12 @@ class Facts:
 
     @property
     def duration_s(self) -> float:
-        """Duration that the scenario asks for, s."""
+        """The duration that the scenario asks for, s."""
         return self.scenario.cycles * self.scenario.period_ns * 1e-9
 
     @property
     def read_s(self) -> float:
-        """Simulated time up to which the log could be read, s."""
+        """The simulated time up to which the log could be read, s."""
         return max(0, self.read_cycles - 1) * self.scenario.period_ns * 1e-9
 
     @property

@@ -63,7 +63,7 @@ def laws_in(metadata: Mapping[str, str]) -> dict[int, LoggedLaw]:
 
 
 def own_laws_in(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
-    """Return the reference of each law that is not of the library, with the package it comes in."""
+    """Return the reference and the package of each law that is not in the library, by name."""
     own = [law for _, law in sorted(laws.items()) if law.law is None]
     return {law.name: f"{law.reference} {law.version}".strip() for law in own}
 

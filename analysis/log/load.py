@@ -41,7 +41,7 @@ _FRAME_TYPES: Final = {
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run:
-    """A run, as its log records it, or would record it: `in_memory` makes one without a log.
+    """A run, as its log records it or would record it: `in_memory` makes a run without a log.
 
     Fleet tables hold columns (rows, vehicles) by their field names in messages.proto, and `cycle`
     and `time_ns`, (rows,). A column that was not logged is (rows, 0), and a table that was not
@@ -54,12 +54,12 @@ class Run:
     """
 
     path: Path | None
-    """Path of its log; None for a run that was not logged."""
+    """The path of its log; None for a run that was not logged."""
     name: str
-    """Name of the scenario."""
+    """The name of the scenario."""
     seed: int
     run: dict[str, str]
-    """Metadata zenvoy.run: what made the log, and from which scenario."""
+    """Metadata zenvoy.run: the program and the scenario that made the log."""
     result: dict[str, str]
     """Metadata zenvoy.result: how the run ended; {} where the log is cut before it."""
     scenario: Scenario
@@ -80,7 +80,7 @@ class Run:
     laws: Mapping[int, LoggedLaw] = field(default_factory=lambda: laws_in({}))
     """The laws behind the modes of `estimate`, which also has a column per value that laws log."""
     frame_rows: int
-    """Number of rows of `frames`, known without reading them."""
+    """The number of rows of `frames`, known without reading them."""
 
     def __repr__(self) -> str:
         where = self.path or "not logged"
@@ -95,7 +95,7 @@ class Run:
 
     @property
     def log(self) -> Path:
-        """Path of its log; raises LogError for a run that was not logged."""
+        """The path of its log; raises LogError for a run that was not logged."""
         if self.path is None:
             raise LogError(f"{self.name}, seed {self.seed}: was not logged; its frames need a log")
         return self.path
@@ -108,23 +108,23 @@ class Run:
 
     @property
     def vehicles(self) -> int:
-        """Number of vehicles; vehicles are numbered from 1."""
+        """The number of vehicles; vehicles are numbered from 1."""
         return self.scenario.fleet.size
 
     @property
     def time_s(self) -> NDArray[np.float64]:
-        """Time of each row of truth, s; (0,) where there is none."""
+        """The time of each row of truth, s; (0,) where there is none."""
         return np.asarray(self.truth.get("time_ns", np.zeros(0)) / 1e9)
 
     @property
     def cycles(self) -> int:
-        """Number of cycles that truth, radar, estimate and command all have."""
+        """The number of cycles that truth, radar, estimate and command all have."""
         tables = (self.truth, self.radar, self.estimate, self.command)
         return min(len(table.get("cycle", ())) for table in tables)
 
     @cached_property
     def frames(self) -> Table:
-        """/v2v/frames: a row per frame and receiver, read from the file on first use.
+        """The table /v2v/frames: a row per frame and receiver, read from the file on first use.
 
         Columns are those of messages.proto, (rows,), and `cycle`; sent_ns is the cycle's start.
         Raises LogError.
@@ -145,7 +145,7 @@ class Run:
 
     @cached_property
     def busy_ratio(self) -> NDArray[np.float64]:
-        """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
+        """The share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
 
         It is (0, vehicles) where frames do not contend for the medium. Raises LogError.
         """
@@ -197,8 +197,8 @@ def in_memory(
     """Return a run that was not logged.
 
     `tables` holds truth, radar, estimate and command by topic, each with `cycle`, `time_ns` and
-    those columns that are known. `fingerprint` is that of the log which the run would have, where
-    it is known. Such a run has no wall time and no frames.
+    the columns that are known. `fingerprint` is that of the log that the run would have, if it is
+    known. Such a run has no wall time and no frames.
     """
     truth = tables[TRUTH.log_name]
     described = own_laws(scenario)

@@ -15,7 +15,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.frame_table import FRAME_COLUMNS
 from zenvoy.bus.topics import TRUTH
 
-_LARGEST_VALUE: Final = 1e9  # m, m/s, m/s²: no vehicle gets there
+_LARGEST_VALUE: Final = 1e9  # m, m/s, m/s²: no vehicle reaches it
 _LATEST_NS: Final = 1 << 60  # 36 years
 _MODES: Final = set(pb.Mode.values()) - {pb.MODE_OWN}
 _MOST_MODES: Final = 128

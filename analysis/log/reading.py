@@ -66,7 +66,7 @@ class Reading:
 
 def read(path: Path) -> Reading:
     """Read the log at `path`, up to a cut or a gap; raises LogError."""
-    with Pass(path) as log:  # a first, short pass: Zenvoy writes scenario and metadata first
+    with Pass(path) as log:  # this first pass is short: scenario and metadata are written first
         for _ in log.messages(None):
             if RUN in log.metadata and EFFECTIVE in log.attachments:
                 break

@@ -1,4 +1,4 @@
-"""Makes a whole log out of a cut or damaged one: all of it that can be read, with an end."""
+"""Makes a whole log from a cut or damaged one: everything that can be read, with a proper end."""
 
 from __future__ import annotations
 

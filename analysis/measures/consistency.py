@@ -51,7 +51,7 @@ def spread(error: Floats, std: Floats) -> Spread | None:
 def normalised_error(error: Floats, std: Floats) -> Floats:
     """Return the NEES of one component, (x̂ - x)² / P; its mean is 1 for a consistent filter.
 
-    It is taken by component, as the log has only the diagonal of P.
+    It is computed by component, because the log has only the diagonal of P.
     """
     return np.asarray((error / np.where(std > 0.0, std, np.nan)) ** 2)
 

@@ -11,8 +11,8 @@ from zenvoy.scenarios import Scenario
 def fallbacks(events: Sequence[pb.Event], scenario: Scenario) -> int:
     """Return the number of fallbacks in a run's events.
 
-    A vehicle may start in FM because no beacon has reached it yet. This does not count if the
-    beacons come within beacon_age_limit_ms, as it has not fallen back from anything.
+    A vehicle may start in FM because no beacon has reached it yet. This does not count if beacons
+    arrive within beacon_age_limit_ms, because the vehicle has not fallen back from anything.
     """
     begun: dict[int, int] = {}
     count = 0

@@ -1,4 +1,4 @@
-"""Figures of how a fleet follows: how even its gaps are, and how swings of speed travel.
+"""Measures of following: how even the gaps of a fleet are, and how swings of speed travel.
 
 Axis 0 is time, axis 1 is the vehicle.
 """
@@ -17,7 +17,7 @@ from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
 
-_STEADY_MPS: Final = 1e-6  # a speed that swings by less does not vary at all, up to rounding
+_STEADY_MPS: Final = 1e-6  # a speed that swings by less is constant, up to rounding
 
 
 def gap_error(gap: Floats) -> float:
@@ -39,10 +39,11 @@ def swing_ratio(head: Floats, tail: Floats) -> float | None:
 
 
 def ends(run: Run) -> tuple[int, int, float] | None:
-    """Return head and tail (columns) of a run, and from when on (s) the head is disturbed.
+    """Return the columns of head and tail of a run, and the time (s) when the head is disturbed.
 
-    The head is the vehicle that first brakes or follows a trace, or else the first one of the open
-    road. The tail is the last vehicle that follows it. None where nothing follows the head.
+    The head is the vehicle that first brakes or follows a trace, or else the first vehicle of an
+    open road. The tail is the last vehicle that follows it. The result is None if no vehicle
+    follows the head.
     """
     first, ring = first_disturbance(run.events), run.scenario.road.type == "ring"
     if first is None:

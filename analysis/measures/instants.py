@@ -1,4 +1,4 @@
-"""Chooses the instants at which a run is examined: the paper's in its own cases, else its own."""
+"""Chooses the instants at which a run is examined: the paper's in its own cases, else others."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def crossings(
 ) -> Floats:
     """Return the times at which vehicles pass a point of the road, in ascending order, s.
 
-    Speed is taken as constant between two rows. On the ring every lap counts.
+    Speed counts as constant between two rows. On the ring every lap counts.
     """
     travelled = position - point_m
     if ring_length_m:
@@ -113,8 +113,9 @@ def crossings(
 def counted_flow(times_s: Floats, duration_s: float | None) -> float | None:
     """Return vehicles per hour from the times at which they passed.
 
-    They are counted over `duration_s`. Where that is None they are counted from the first to the
-    last vehicle, as an open road is empty before and after the fleet. None for too few vehicles.
+    They are counted over `duration_s`. If that is None, they are counted from the first to the last
+    vehicle, because an open road is empty before and after the fleet. The result is None for too
+    few vehicles.
     """
     if duration_s is not None:
         return len(times_s) / duration_s * _PER_HOUR

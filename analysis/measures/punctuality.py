@@ -43,18 +43,18 @@ class Punctuality:
     command: Floats
     delivery: Floats
     commands_missing: int
-    """Commands that had not come when their cycle was logged, such as those of a lost vehicle."""
+    """Commands that had not arrived when their cycle was logged, such as from a lost vehicle."""
     overruns: int
     """Cycles that began more than 1 ms late."""
 
     @property
     def commands_late(self) -> int:
-        """Number of commands that came after they should have taken effect."""
+        """The number of commands that arrived after they should have taken effect."""
         return int((self.command > 0.0).sum())
 
     @property
     def drift_ms(self) -> float:
-        """Median lateness of cycles in the last tenth of the run, minus that in the first, ms."""
+        """The median lateness of cycles in the last tenth of the run minus the first tenth, ms."""
         rows = max(1, len(self.cycle) // _PARTS)
         first, last = np.median(self.cycle[:rows]), np.median(self.cycle[-rows:])
         return float(last - first)

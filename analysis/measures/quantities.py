@@ -41,7 +41,7 @@ class Quantity:
 
     @property
     def error(self) -> Floats:
-        """Error of the estimate, in `unit`."""
+        """The error of the estimate, in `unit`."""
         return self.estimated - self.true
 
 

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """A time series: its unit, its meaning, and how it comes from the truth of a run, (T,)."""
+    """A time series: its unit, its meaning, and a function that computes it from a run, (T,)."""
 
     unit: str
     meaning: str

@@ -98,8 +98,8 @@ def _vertex(time_s: Floats, values: Floats, row: int) -> float:
 def wave_speed(found: Arrivals) -> float | None:
     """Return the speed of a wave in vehicles per second, from a line through the arrivals.
 
-    The disturbed vehicle is left out, as its dip was imposed on it. The result is None for fewer
-    than three other vehicles, and where a line describes them badly: then they are noise.
+    The disturbed vehicle is left out, because its dip was imposed on it. The result is None for
+    fewer than three other vehicles, and if a line fits the arrivals badly: then they are noise.
     """
     if len(found.steps) < 4 or np.ptp(found.time_s[1:]) <= 0.0:
         return None
@@ -121,8 +121,8 @@ def response(head: Floats, tail: Floats, period_s: float, least: float) -> Respo
     It is the ratio of their Fourier transforms. For motions that begin and end with constant speed
     this is also the ratio for their speeds, even if the speed does not return to its old value. A
     frequency is included if the amplitude of `head`, in acceleration or in speed, is at least the
-    share `least` of its maximum. Oscillations of fewer than eight periods of the command are not
-    included, as the hold of the commands matters there.
+    share `least` of its maximum. Oscillations shorter than eight periods of the command are not
+    included, because there the hold of the commands matters.
     """
     spectrum, after = np.fft.rfft(head), np.fft.rfft(tail)
     omega = 2.0 * np.pi * np.fft.rfftfreq(len(head), period_s)

@@ -41,7 +41,7 @@ class Stretch(NamedTuple):
 def stretches(run: Run, first: Disturbance) -> tuple[list[Stretch], list[str]]:
     """Return the linear stretches after the first disturbance, and notes on what is left out.
 
-    There is one stretch where no vehicle stands and few are at their limits. It ends with a
+    If no vehicle stands and few are at their limits, there is one stretch. It ends with a
     collision, a new disturbance, or a change of model or targets. Otherwise only stretches of 10 s
     and more count.
     """

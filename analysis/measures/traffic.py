@@ -23,11 +23,11 @@ class Traffic(Protocol):
 
     @property
     def vehicles(self) -> int:
-        """Number of vehicles; they count from 1."""
+        """The number of vehicles; they are numbered from 1."""
 
     @property
     def frame_rows(self) -> int:
-        """Rows of `frames`."""
+        """The number of rows of `frames`."""
 
     @property
     def frames(self) -> Table:
@@ -35,9 +35,9 @@ class Traffic(Protocol):
 
     @property
     def busy_ratio(self) -> Floats:
-        """Share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
+        """The share of each cycle in which each vehicle sensed the medium busy, (cycles, vehicles).
 
-        (0, vehicles) where frames do not contend for the medium.
+        It is (0, vehicles) if frames do not contend for the medium.
         """
 
 
@@ -51,10 +51,10 @@ class DrawnTraffic:
 
     @property
     def vehicles(self) -> int:
-        """Number of vehicles; they count from 1."""
+        """The number of vehicles; they are numbered from 1."""
         return self.scenario.fleet.size
 
     @property
     def frame_rows(self) -> int:
-        """Rows of `frames`."""
+        """The number of rows of `frames`."""
         return len(self.frames["source"])

@@ -41,7 +41,7 @@ _ORDERINGS: Final = (("PBCM", "MBCM"), ("BCM", "FM"))
 
 
 def has_gains(evidence: Evidence) -> bool:
-    """Whether the evidence has the runs with other gains."""
+    """Return whether the evidence has the runs with other gains."""
     return GAINS[0].label("FM") in evidence.runs
 
 

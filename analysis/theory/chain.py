@@ -16,12 +16,12 @@ from zenvoy.analysis.theory.laws import FM, Complexes, Coupling, Floats
 from zenvoy.analysis.theory.ring import roots
 from zenvoy.scenarios import Gains
 
-_BATCH: Final = 256  # frequencies that are solved at once, with a matrix each
+_BATCH: Final = 256  # frequencies solved at once, with a matrix each
 _MAX_OMEGA: Final = 10.0  # rad/s; no law with sensible gains transmits faster motion
 
 
 class Member(NamedTuple):
-    """Law, gains and command delay (s) of a vehicle. With `coupling` None it keeps its speed."""
+    """Law, gains and command delay (s) of a vehicle; if `coupling` is None, it keeps its speed."""
 
     coupling: Coupling | None
     gains: Gains

@@ -36,7 +36,7 @@ def mbcm(weights: Sequence[float]) -> Coupling:
 
 
 class Peak(NamedTuple):
-    """The largest gain, and its frequency, rad/s (0 where no gain is above 1)."""
+    """The largest gain, and its frequency, rad/s (0 if no gain is above 1)."""
 
     gain: float
     omega: float

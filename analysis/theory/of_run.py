@@ -39,7 +39,7 @@ class NoTheoryError(Exception):
 
 
 def require_theory(scenario: Scenario) -> None:
-    """Raise NoTheoryError if linear theory does not cover what a scenario says of all vehicles."""
+    """Raise NoTheoryError if linear theory does not cover the settings of the whole fleet."""
     if scenario.control.neighbour_state == "position":
         raise NoTheoryError("it covers control by radar readings, not by reported positions.")
     if any(settings.lag_s for settings in roster(scenario)):
