@@ -1,4 +1,4 @@
-"""The agents of a run: world, channel, and one per vehicle."""
+"""The agents of a run: world, channel, and one for each vehicle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which engine runs a scenario."""
+"""Chooses the engine that runs a scenario."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class EngineError(Exception):
 
 
 class Chosen(NamedTuple):
-    """An engine, and for "auto" a line on each thing that keeps the scenario from arrays."""
+    """An engine, and for "auto" a line on each setting that the array engine does not run."""
 
     engine: Engine
     not_arrays: tuple[str, ...] = ()
 
 
 def choose(asked: Choice, scenario: Scenario) -> Chosen:
-    """Return the engine that runs a scenario. Raises EngineError."""
+    """Return the engine that runs a scenario; raises EngineError."""
     match asked:
         case "processes" | "in-process":
             return Chosen(asked)

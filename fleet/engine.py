@@ -1,4 +1,4 @@
-"""What drives the agents of a run."""
+"""The engines that can run a scenario."""
 
 from __future__ import annotations
 

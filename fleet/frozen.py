@@ -12,7 +12,7 @@ _STOPPED_STATES: Final = "Tt"  # in /proc/<pid>/stat
 
 
 class Frozen:
-    """Keeps the children that are frozen, and since when."""
+    """Keeps track of which children are frozen, and since when."""
 
     def __init__(self, limit_s: float) -> None:
         self._limit_ns = round(limit_s * 1e9)
@@ -21,7 +21,7 @@ class Frozen:
 
     @property
     def names(self) -> list[str]:
-        """Names of the children found frozen by the last `look`, the longest frozen first."""
+        """The names of children found frozen by the last `look`, the longest frozen first."""
         found = sorted(self._since_ns.values(), key=lambda one: one[1])
         return [child.program.name for child, _ in found]
 

@@ -1,4 +1,4 @@
-"""How a run in this process is interrupted, and what is said of it."""
+"""How a run in this process is interrupted, and the message about it."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Vacancy:
 
     @property
     def name(self) -> str:
-        """Name of the vehicle's process."""
+        """The name of the vehicle's process."""
         return vehicle_name(self.vehicle, self.scenario.fleet.size)
 
 
@@ -95,7 +95,7 @@ def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) ->
 
 
 def _load_code(scenario: Scenario, allow_code: bool) -> None:
-    """Load the code of the scenario's own from installed packages or from files in this folder.
+    """Load the scenario's own code from installed packages or from files in this folder.
 
     A run must not choose which files of this folder are executed, so files need `allow_code`.
     """

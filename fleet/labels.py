@@ -33,5 +33,5 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
 
 
 def metadata_without_log(loaded: Loaded) -> RunMetadata:
-    """Return what the record zenvoy.run would say of a run on arrays that is not logged."""
+    """Return the record zenvoy.run that a log would have, for a run on arrays without a log."""
     return metadata_of(labels_of(loaded, "arrays", loaded.scenario.fleet.size))

@@ -19,8 +19,8 @@ def rehearse(scenario: Scenario) -> None:
     instead of each making a copy.
     """
     prepare(scenario)
-    # Take the model that most of the fleet ends up with, and drop settings of single vehicles.
-    # Leave out the user's own code: an error in it must be reported with its vehicle and time.
+    # Use the model that most of the fleet ends up with, and drop settings of single vehicles. Leave
+    # out the user's own code: an error in it must be reported with its vehicle and time.
     models = Counter(settings.phases[-1].model for settings in roster(scenario))
     known = [model for model, _ in models.most_common() if model in builtin()] or ["FM"]
     control = scenario.control.model_copy(

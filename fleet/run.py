@@ -61,9 +61,9 @@ def run(
 
     The engine "arrays" runs only what `fleet.choice` allows. Returns the death of the process that
     ended the run early, if any; its `complete` says whether the run is complete all the same.
-    `guests` and `per_process`, the number of vehicles in a
-    process, apply to the engine "processes" only. Raises Interrupted, and OSError if the system
-    lacks disk, memory, processes or file descriptors for the run.
+    `guests` and `per_process`, the number of vehicles in a process, apply to the engine "processes"
+    only. Raises Interrupted, and OSError if the system lacks disk, memory, processes or file
+    descriptors for the run.
     """
     (folder / EFFECTIVE).write_bytes(utf8(effective_json(loaded.scenario)))
     if engine == "processes":

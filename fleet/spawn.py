@@ -69,8 +69,8 @@ class Child:
 def spawn(program: Program, log: Path, send: Send) -> Child:
     """Start a program in a child process; its output goes to `log`, its last words to `send`.
 
-    Call it inside `requests_held`. The child keeps SIGTERM blocked until its program unblocks it; a
-    request that comes before that is delivered then.
+    Call it inside `requests_held`. The child keeps SIGTERM blocked until its program unblocks it;
+    an earlier request is delivered then.
     """
     parent = os.getpid()
     _flush()

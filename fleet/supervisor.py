@@ -91,7 +91,7 @@ class Supervisor:
         """Pass data from the pipe to `on_data` until the leader ends.
 
         The first death of an essential program ends the watch and is returned; other deaths go to
-        `on_loss`. Until the first data has come, every program is essential.
+        `on_loss`. Until the first data has arrived, every program is essential.
         """
         begun = False
         self._selector.register(pipe, selectors.EVENT_READ)

@@ -41,7 +41,7 @@ class Cycle(NamedTuple):
 class Batch:
     """Runs of scenarios that differ only in their seed, one cycle after the other.
 
-    A `whole` batch also computes what nobody acts on, but a log contains.
+    A `whole` batch also computes what no vehicle acts on, but a log contains.
     """
 
     def __init__(self, scenarios: Sequence[Scenario], *, whole: bool = False) -> None:

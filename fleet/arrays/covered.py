@@ -76,7 +76,7 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
 
 
 def _uses_plans(law: Law) -> bool:
-    """Whether a law looks at what vehicles plan: it predicts, or it uses what others report."""
+    """Return whether a law uses the plans of vehicles: it predicts, or uses reports of others."""
     needs = law.needs
     return needs.prediction or needs.predecessor or needs.leader
 

@@ -1,4 +1,4 @@
-"""Beacons under way: the cycle in which each of them is received, on every link."""
+"""Beacons in flight: the cycle in which each of them is received, on every link."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The estimates behind the commands of a cycle, as a log has them."""
+"""The estimates behind the commands of a cycle, as in a log."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ class Estimates:
 
     @property
     def speed(self) -> Array:
-        """Own speeds at the cycle's start, m/s."""
+        """Estimates of the own speeds at the start of the cycle, m/s."""
         known = self.vehicles.estimators
         return self._of_estimating(None if known is None else known.speed.v)
 
     @property
     def speed_std(self) -> Array:
-        """Standard deviation of `speed`, m/s."""
+        """The standard deviation of `speed`, m/s."""
         known = self.vehicles.estimators
         return self._of_estimating(None if known is None else self.std(known.speed.covariances)[0])
 
     @property
     def predicted_speed(self) -> Array:
-        """Own speeds when the commands take effect, m/s."""
+        """Predictions of the own speeds when the commands take effect, m/s."""
         predicted = self.vehicles.predicted
         return self._of_estimating(None if predicted is None else predicted.speed)
 
     @property
     def age_ns(self) -> Array:
-        """Age of the newest beacon of the vehicle behind, ns; -1 if there is none yet."""
+        """The age of the newest beacon of the vehicle behind, ns; -1 if there is none yet."""
         heard = self.vehicles.links.behind[0].cycle
         since = self.vehicles.cycle - heard
         return np.where(heard < 0, -1, since * self.vehicles.timing.period_ns)
