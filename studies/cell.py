@@ -21,7 +21,7 @@ class Cell:
     """Settings of the form `KEY=VALUE`, as on the command line."""
     duration_s: float | None = None
     allow_code: bool = False
-    """Whether laws may lie elsewhere than beside the scenario."""
+    """Whether laws may lie anywhere, not only beside the scenario."""
 
     def __str__(self) -> str:
         return " ".join((self.scenario, f"seed {self.seed}", *self.settings))

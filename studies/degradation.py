@@ -1,4 +1,4 @@
-"""Bilateral control over channels that get worse."""
+"""The study of bilateral control over channels that get worse."""
 
 from __future__ import annotations
 

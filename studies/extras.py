@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from typing import Final
 
 _EXTRAS: Final = {"distributed": "dask", "optuna": "tune", "pandas": "pandas"}
-"""The extra of Zenvoy that brings each."""
+"""The extra of Zenvoy that installs each."""
 
 
 def missing(*packages: str) -> str | None:

@@ -24,7 +24,7 @@ _EQUAL_GAINS: Final = ("control.gains.k_c=0.1", "control.gains.k_d=0.1")
 
 
 def plan(seeds: int, duration_s: float | None) -> dict[str, list[Cell]]:
-    """Return the runs under each label of the results; what supplements them has fewer seeds."""
+    """Return the runs under each label of the results; supplementary runs have fewer seeds."""
     cells = {number: _cells(number, seeds, (), duration_s) for number in _CASES}
     few = max(min(seeds, _FEW_SEEDS), seeds // 10)
     for number in _CASES:
@@ -96,7 +96,7 @@ def _rows(sheet: Path) -> int:
 
 
 def _about_fingerprints(made: int, earlier: int, digests: Sized) -> str:
-    """Say what stands in the sheet of fingerprints: the longer one of an earlier run is kept."""
+    """Return what the sheet of fingerprints holds: the longer one of an earlier run is kept."""
     if earlier > made:
         return f" `{_FINGERPRINTS}` holds the fingerprints of earlier runs."
     if not made:

@@ -50,8 +50,8 @@ class Study:
     engine: Engine = "arrays"
     """With "arrays", runs that arrays do not support run in process."""
     jobs: int = 1
-    """Number of processes at a time. Each makes one run, or on arrays the runs that differ only in
-    their seed. The engine "processes" makes one run at a time."""
+    """The number of processes at a time. Each makes one run, or on arrays the runs that differ only
+    in their seed. The engine "processes" makes one run at a time."""
     fingerprints: bool = False
     """Whether runs on arrays also get fingerprints."""
     on_line: Callable[[str], None] = field(default=lambda _: None)
@@ -160,7 +160,7 @@ def _make(task: Task) -> str:
         found = run_batch(task.runs, COLUMNS, fingerprints=task.fingerprints)
         for folder, one in zip(task.folders, found, strict=True):
             _keep(digest(one), folder)
-    except LawError:  # made alone, the run that fails is named
+    except LawError:  # run the cells one by one, to name the one that fails
         return _make_each(task, "in-process")
     except NotCoveredError as error:
         _make_each(task, "in-process")

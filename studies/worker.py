@@ -1,4 +1,4 @@
-"""A process that works for a study: it dies with the study, and leaves the terminal to it."""
+"""A worker process of a study: it dies with the study, and leaves the terminal to it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from zenvoy.fleet.spawn import die_with
 
 
 def be_worker(parent: int) -> None:
-    """Make this forked process a worker. Fork it inside `requests_held`: this ends the blocking.
+    """Make this forked process a worker. Fork it in `requests_held`: this unblocks the requests.
 
     Signals from the terminal are for the parent, which kills its workers.
     """

@@ -15,7 +15,7 @@ from zenvoy.studies.sweeps.settings import setting_of
 from zenvoy.values.section import LARGEST, Positive, Section
 
 _DIGITS: Final = 6  # significant digits of a drawn value: it can be read, and typed again
-_MOST: Final = 10**12  # the plan has a limit of its own, which names the number of runs
+_MOST: Final = 10**12  # the plan has its own limit, which names the number of runs
 
 Number = Annotated[int | float, Field(ge=-LARGEST, le=LARGEST)]
 _Seed = Annotated[int, Field(ge=0, lt=2**63, description="a whole number in [0, 2^63)")]
@@ -38,7 +38,7 @@ class Axis(Section):
     @property
     @abstractmethod
     def size(self) -> int:
-        """Number of values, without making them."""
+        """The number of values, without making them."""
 
     @abstractmethod
     def values_of(self, key: str) -> list[Any]:
@@ -95,7 +95,7 @@ class Variants(Axis):
 
 
 class Range(Axis):
-    """An axis with `steps` values at equal distances, both ends included."""
+    """An axis with `steps` equally spaced values, both ends included."""
 
     start: Annotated[Number, Field(alias="from"), _Number]
     end: Annotated[Number, Field(alias="to"), _Number]

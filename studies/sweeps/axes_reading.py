@@ -1,4 +1,4 @@
-"""Reads the axes of a study: the kind of each, and whether they go together."""
+"""Reads the axes of a study: the kind of each, and whether they are compatible."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _axis(key: str, written: Node) -> tuple[Axis | None, list[Problem]]:
 
 
 def _of_the_study(key: str, name: str, written: Node) -> Problem | None:
-    """Return a problem if a setting is no axis, as the study has a key of its own for it."""
+    """Return a problem if a setting cannot be an axis, because the study has its own key for it."""
     if key not in _OWN_KEYS:
         return None
     text = f"is no axis; use the key {_OWN_KEYS[key]} of the study"
@@ -92,7 +92,7 @@ def _varied_twice(
 
 
 def _kind(node: Node, path: tuple[str, ...]) -> type[Axis] | Problem:
-    """Return the kind of axis that a mapping's keys say."""
+    """Return the kind of axis that the keys of a mapping indicate."""
     if isinstance(node.value, dict):
         if "distribution" in node.value:
             named = node.value["distribution"]

@@ -1,4 +1,4 @@
-"""Who makes the runs of a study: processes on this machine, or a cluster."""
+"""The crew that makes the runs of a study: processes on this machine, or a cluster."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Crew(Protocol):
 
     @property
     def at_a_time(self) -> int:
-        """Number of tasks that it makes at a time."""
+        """The number of tasks that it makes at a time."""
 
     def each_done(self, tasks: Sequence[Task], plan: Plan, store: Store) -> Iterator[Done[Task]]:
         """Make the runs of each task, and keep them in the store; yield each task as it ends.

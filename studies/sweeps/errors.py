@@ -1,4 +1,4 @@
-"""What is wrong with a study of the user's own."""
+"""The errors of a user's own study."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class BadStudyError(ScenarioError):
 
 
 class ClusterError(StudyError):
-    """A Dask cluster does not make the runs any more; those that are finished are kept."""
+    """A Dask cluster no longer makes the runs; finished runs are kept."""
 
 
 class NoClusterError(ClusterError):

@@ -1,4 +1,4 @@
-"""The runs of a study: a cell for each combination of its axes, and a run for each seed of it."""
+"""The runs of a study: a cell for each combination of its axes, with a run for each seed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from zenvoy.values.wording import listed
 
 MOST_RUNS: Final = 100_000
 
-_MOST_BAD_CELLS: Final = 200  # a plan stops here to look for problems that it has not seen yet
+_MOST_BAD_CELLS: Final = 200  # after so many, a plan stops looking for further problems
 
 Point = dict[str, Any]
 """A value for each axis, in their order."""
@@ -50,11 +50,11 @@ class Plan:
     seeds: tuple[int, ...]
     cells: tuple[PlannedCell, ...]
     allow_code: bool = False
-    """Whether laws may lie elsewhere than beside the scenario."""
+    """Whether laws may lie anywhere, not only beside the scenario."""
 
     @property
     def runs(self) -> int:
-        """Number of runs, one for each cell and seed."""
+        """The number of runs, one for each cell and seed."""
         return len(self.cells) * len(self.seeds)
 
     def cell(self, planned: PlannedCell, seed: int) -> Cell:
@@ -71,8 +71,8 @@ def size_of(axes: Mapping[str, Axis]) -> int:
 def points_of(axes: Mapping[str, Axis]) -> Iterator[Point]:
     """Yield every combination of the axes; the last one varies fastest.
 
-    Random axes are one factor together: its draw i has draw i of each of them. It takes the place
-    of the first of them.
+    All random axes together are one factor: its draw i has draw i of each of them. It takes the
+    place of the first random axis.
     """
     factors: list[list[Point]] = []
     random = {key: axis for key, axis in axes.items() if axis.random}
@@ -145,7 +145,7 @@ def _require_lock_step(clock: str, study: StudyFile) -> None:
 
 
 def _engine(scenario: Scenario, study: StudyFile) -> Engine:
-    """Return the engine of a cell's runs. Arrays make no log, but some measures need one."""
+    """Return the engine of a cell's runs; arrays make no log, which some measures need."""
     if study.engine != "in-process" and study.needs_log:
         if study.engine == "auto":
             return "in-process"

@@ -47,7 +47,7 @@ def keep_loaded(
     series: Sequence[str],
     store: Store,
 ) -> None:
-    """Do what `keep_runs` does, with scenarios that are loaded already."""
+    """Do what `keep_runs` does, but with loaded scenarios."""
     for key, found in zip(keys, runs_of(scenarios, engine), strict=True):
         values = {name: SERIES[name].of(found) for name in series}
         store.write(key, summary_of(found), {"time_s": found.time_s, **values} if series else {})

@@ -26,7 +26,7 @@ STUDY: Final = "study.yaml"
 _IDENTITY: Final = "study.json"
 _RUNS: Final = "runs"
 
-_FORMS: Final = ("npz", "json")  # the summary is written last, as it says that a run is finished
+_FORMS: Final = ("npz", "json")  # the summary comes last, because it marks a run as finished
 
 Floats = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class Store:
 
 
 def open_store(folder: Path, study: StudyFile) -> Store:
-    """Make the folder of a study, or open it again to go on.
+    """Make the folder of a study, or open it again to resume the study.
 
     The same study may have more values, seeds, measures or time series than before. Raises
     BadStudyError if the folder holds anything else, which is left as it is, and OSError.
@@ -107,10 +107,10 @@ def open_store(folder: Path, study: StudyFile) -> Store:
 
 
 def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
-    """Make the folder of a study, or find the same one there, and write its text to it.
+    """Make the folder of a study, or check that it holds the same study, and write its text.
 
-    `identity` is what makes a study the same. Raises BadStudyError if the folder holds anything
-    else, which is left as it is, and OSError.
+    Two studies with the same `identity` are the same. Raises BadStudyError if the folder holds
+    anything else, which is left as it is, and OSError.
     """
     make_folder(folder)
     if holds := sorted(path.name for path in folder.iterdir()):
@@ -141,7 +141,7 @@ def new_store(folder: Path) -> Store:
 
 
 def _identity(study: StudyFile) -> dict[str, Any]:
-    """Return what makes a study the same when it has grown."""
+    """Return the values that stay the same when a study grows."""
     return {
         "scenario": Path(study.scenario).name if Path(study.scenario).is_file() else study.scenario,
         "settings": sorted(study.settings),

@@ -1,4 +1,4 @@
-"""A study of the user's own, read from a file or a mapping."""
+"""A user's own study, read from a file or a mapping."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ class StudyFile:
     name: str
     text: str
     scenario: str
-    """Name of a built-in scenario, or path of a file."""
+    """The name of a built-in scenario, or the path of a file."""
     description: str
     settings: tuple[str, ...]
     axes: Mapping[str, Axis]
     seeds: tuple[int, ...] | int
     """The seeds, or their number: 1, 2, and so on."""
     measures: tuple[str, ...] | None
-    """None: every figure that the runs have and that needs no log."""
+    """None stands for every figure that the runs have and that needs no log."""
     series: tuple[str, ...]
     engine: SweepEngine
     duration_s: float | None
     places: Mapping[str, Place]
-    """Where the axes and `axes`, `settings`, `seeds` and `scenario` are written."""
+    """Where each axis, and the keys `axes`, `settings`, `seeds` and `scenario`, are written."""
 
     @property
     def needs_log(self) -> bool:
-        """Whether a measure is wanted that only a run with a log has."""
+        """Whether the study wants a measure that only a run with a log has."""
         return any(MEASURES[name].needs_log for name in self.measures or ())
 
     @property
     def seed_count(self) -> int:
-        """Number of seeds."""
+        """The number of seeds."""
         return self.seeds if isinstance(self.seeds, int) else len(self.seeds)
 
     @property
@@ -62,7 +62,7 @@ class StudyFile:
 
 
 class Written(NamedTuple):
-    """A study as it is written: its tree, name and text, and the folder of its file."""
+    """A study as written: its tree, name and text, and the folder of its file."""
 
     root: Node
     name: str
@@ -76,9 +76,9 @@ def read_study(study: str | PathLike[str] | Mapping[str, Any]) -> StudyFile:
 
 
 def written(study: str | PathLike[str] | Mapping[str, Any], name: str) -> Written:
-    """Return a study as it is written in a file, or in a mapping, which gets the name.
+    """Return a study as written in a file, or in a mapping, which gets the name.
 
-    Raises BadStudyError if it cannot be read, or is no mapping.
+    Raises BadStudyError if it cannot be read, or is not a mapping.
     """
     if isinstance(study, Mapping):
         place = Place(source="study")
@@ -109,7 +109,7 @@ def _mapping(found: Written) -> Written:
 
 
 def _plain(value: object) -> object:
-    """Return numpy's arrays and numbers, and paths, as JSON has them."""
+    """Return numpy's arrays and numbers, and paths, as values that JSON allows."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, PathLike):

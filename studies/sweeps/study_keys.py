@@ -15,7 +15,7 @@ _Names = Annotated[list[str], Field(min_length=1)]
 
 
 class RunKeys(Section):
-    """The keys that sweeps and searches share: what is run, with which seeds and how."""
+    """The keys that sweeps and searches share: the scenario, its settings, seeds and engine."""
 
     scenario: Annotated[
         str, Field(description="the name of a built-in scenario, or of a file beside the study")

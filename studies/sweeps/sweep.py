@@ -73,7 +73,7 @@ def run_sweep(
 
 
 def _crew(jobs: int | None, dask: str | None, on_line: OnLine) -> AbstractContextManager[Crew]:
-    """Return who makes the runs; entering it raises NoClusterError."""
+    """Return the crew that makes the runs; entering it raises NoClusterError."""
     if dask is None:
         return nullcontext(Cores(jobs or len(os.sched_getaffinity(0))))
     if jobs is not None:
@@ -91,7 +91,7 @@ def make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[s
 
 
 def _made_by(crew: Crew, plan: Plan, store: Store, on_line: OnLine) -> dict[str, str]:
-    """Have the crew make the runs that the store lacks, and return by key why runs failed."""
+    """Let the crew make the runs that the store lacks, and return by key why runs failed."""
     tasks = missing_tasks(plan, store, crew.at_a_time)
     missing = sum(len(task.keys) for task in tasks)
     size = f"{counted(len(plan.cells), 'cell')} × {counted(len(plan.seeds), 'seed')}"
@@ -102,7 +102,7 @@ def _made_by(crew: Crew, plan: Plan, store: Store, on_line: OnLine) -> dict[str,
         alone: list[Task] = []
         for done in crew.each_done(tasks, plan, store):
             if done.failure is not None and len(done.task.keys) > 1:
-                # find out which run of the batch fails
+                # Find out which run of the batch fails.
                 left = [one for one in done.task.split() if not store.has(one.key, plan.study)]
                 count += len(done.task.keys) - len(left)
                 alone += left

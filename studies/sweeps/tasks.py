@@ -1,4 +1,4 @@
-"""The runs that a study lacks, in portions for one process each."""
+"""The missing runs of a study, in portions for one process each."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from zenvoy.studies.sweeps.plan import Plan, PlannedCell
 from zenvoy.studies.sweeps.store import Store
 
-_MOST_SEEDS: Final = 100  # of a batch: more are hardly faster, and a stop would lose more
+_MOST_SEEDS: Final = 100  # in a batch: more are hardly faster, and a stop would lose more runs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,7 +22,7 @@ class Task:
 
     @property
     def key(self) -> str:
-        """Key of its only or first run."""
+        """The key of its only or first run."""
         return self.keys[0]
 
     def split(self) -> list[Task]:

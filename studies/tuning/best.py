@@ -1,4 +1,4 @@
-"""The best trial as a scenario that runs as it stands."""
+"""The best trial as a scenario that runs without changes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from zenvoy.values.wording import one_line
 def best_yaml(study: TuneStudy, best: Trial, folder: Path) -> bytes | None:
     """Return the text of a scenario file in `folder` that is the best trial with its first seed.
 
-    It extends the study's scenario where this is possible; else it has every value. None where
-    neither gives the same scenario, as with a law whose file lies elsewhere.
+    It extends the study's scenario if that is possible; else it has every value. The result is None
+    if neither gives the same scenario, such as for a law whose file lies elsewhere.
     """
     cell = cell_of(study, best)
     wanted = cell.load().scenario
@@ -61,7 +61,7 @@ def _extension(cell: Cell, wanted: Scenario, folder: Path) -> str:
 
 
 def _put(values: dict[str, Any], path: list[str], value: Any, whole: Any) -> None:
-    """Put a value at a path; a list on the way is written as a whole, because lists replace."""
+    """Put a value at a path; write a list on the way as a whole, because lists are replaced."""
     first, *rest = path
     inside = whole.get(first) if isinstance(whole, dict) else None
     if not rest:
@@ -82,7 +82,7 @@ def _parsed(text: str) -> Any:
 
 
 def _loaded(text: str, folder: Path, allow_code: bool) -> Scenario | None:
-    """Return the scenario that a file with this text would be in the folder; None if it is none."""
+    """Return the scenario that this text would be as a file in the folder; None if it is none."""
     path = folder / f".best.{os.getpid()}.yaml"
     try:
         path.write_bytes(utf8(text))

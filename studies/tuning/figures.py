@@ -1,4 +1,4 @@
-"""What a search may minimise, maximise or limit: the measures of runs, and those of theory."""
+"""The figures that a search may minimise, maximise or limit: measures of runs, and of theory."""
 
 from __future__ import annotations
 

@@ -16,8 +16,8 @@ from zenvoy.studies.sweeps.store import make_folder
 def held(folder: Path) -> Iterator[None]:
     """Make a folder if it does not exist, and keep other searches out of it.
 
-    The lock ends with the process, however that ends. Raises BadStudyError if another search is at
-    work in the folder, or if it is a file.
+    The lock ends with the process, in whatever way that ends. Raises BadStudyError if another
+    search is running in the folder, or if it is a file.
     """
     make_folder(folder)
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

@@ -24,7 +24,7 @@ def tune(
     on_line: Callable[[str], None] = print,
     allow_code: bool = False,
 ) -> DataFrame:
-    """Search as `zenvoy tune` does; return its trials, a row for each.
+    """Search as `zenvoy tune` does; return a table with a row for each trial.
 
     `study` is the path of a study file, or a mapping with the same keys. `out` is the folder of the
     results, by default runs/<name of the study>; finished trials there are not made again. `jobs`

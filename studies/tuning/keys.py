@@ -43,7 +43,7 @@ class Limits(Section):
 
 
 class Sampler(Section):
-    """What proposes the trials."""
+    """The sampler, which proposes the trials."""
 
     kind: Annotated[Literal["tpe", "random"], Field(description="one of tpe, random")] = "tpe"
     seed: Annotated[int, Field(ge=0, lt=2**63, description="a whole number in [0, 2^63)")] = 1

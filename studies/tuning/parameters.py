@@ -18,7 +18,7 @@ _LIST: Final = "a list of two values or more, each of them once"
 
 
 class Parameter(Section):
-    """A setting of the scenario for which the search looks for the best value."""
+    """A setting of the scenario whose best value is searched for."""
 
     @property
     @abstractmethod
@@ -32,7 +32,7 @@ class Parameter(Section):
 
     @abstractmethod
     def proposed_as(self, value: Any) -> Any:
-        """Return a value as the search has it: a number, or the label of a choice."""
+        """Return a value as the search represents it: a number, or the label of a choice."""
 
     @abstractmethod
     def value_of(self, proposed: Any) -> Any:
@@ -84,7 +84,7 @@ class Span(Parameter):
         return value
 
     def value_of(self, proposed: Any) -> Any:
-        """Return a proposed number with few digits, inside of the range."""
+        """Return a proposed number with few digits, within the range."""
         if self.whole:
             return int(proposed)
         rounded = float(f"{proposed:.{_DIGITS if self.step is None else 12}g}")

@@ -40,7 +40,7 @@ Floats = NDArray[np.float64]
 
 
 class _Kinds(NamedTuple):
-    """The trials by how they ended. Those ruled out and those that failed have no value."""
+    """The trials by outcome; those ruled out and those that failed have no value."""
 
     feasible: list[Trial]
     infeasible: list[Trial]
@@ -118,7 +118,7 @@ def _draw_search(study: TuneStudy, trials: Sequence[Trial]) -> Figure:
 
 
 def _points(axes: Any, study: TuneStudy, kinds: _Kinds, place: Any) -> None:
-    """Draw a point for each trial, where `place` says."""
+    """Draw a point for each trial, at the position that `place` returns."""
     styles = {
         "feasible": (kinds.feasible, "o", _FEASIBLE),
         "infeasible": (kinds.infeasible, "x", _INFEASIBLE),

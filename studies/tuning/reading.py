@@ -61,7 +61,7 @@ def read_tune_study(
 
 
 def _sampler(node: Node | None) -> tuple[Sampler | None, list[Problem]]:
-    """Return the sampler and its problems; the check of the keys reports what is no mapping."""
+    """Return the sampler and its problems; the check of keys reports a value that is no mapping."""
     if node is not None and not isinstance(node.value, dict):
         return None, []
     return (Sampler(), []) if node is None else checked(Sampler, node, ("sampler",))
@@ -155,7 +155,7 @@ def _size_problems(keys: TuneKeys, root: Node) -> Iterator[Problem]:
 
 
 def _log_problems(keys: TuneKeys, measured: Mapping[str, None], root: Node) -> Iterator[Problem]:
-    """Arrays make no log, in which some measures are counted."""
+    """Yield a problem for each measure that needs a log; the engine arrays makes none."""
     for name in measured if keys.engine == "arrays" else ():
         if MEASURES[name].needs_log:
             text = f"arrays; {name} is counted in a log; allowed: auto, in-process"

@@ -1,8 +1,8 @@
-"""Proposes the next trial of a search, from those before it and nothing else.
+"""Proposes the next trial of a search from the earlier trials alone.
 
-Optuna's samplers keep a state of their own. Here each trial gets a new sampler, with a seed made of
-the study's seed and the number of the trial. So a search that is resumed proposes what it would
-have proposed without the stop.
+Optuna's samplers have a state. Here each trial gets a new sampler, with a seed derived from the
+study's seed and the number of the trial. So a resumed search proposes what it would have proposed
+without the stop.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _MOST: Final = 1e6  # of an excess, which may be infinite
 
 
 def proposal(study: TuneStudy, trials: Sequence[Trial]) -> Point:
-    """Return the values to try after these trials, which are in the order of their numbers."""
+    """Return the values to try after these trials, which are in order of number."""
     optuna.logging.set_verbosity(optuna.logging.ERROR)
     search = optuna.create_study(direction=study.direction, sampler=_sampler(study, len(trials)))
     for trial in trials:
@@ -42,14 +42,14 @@ def proposal(study: TuneStudy, trials: Sequence[Trial]) -> Point:
 
 
 def distributions(study: TuneStudy) -> dict[str, BaseDistribution]:
-    """Return the ranges of all parameters, as Optuna has them."""
+    """Return the ranges of all parameters in Optuna's form."""
     return {key: _distribution(parameter) for key, parameter in study.parameters.items()}
 
 
 def as_frozen(study: TuneStudy, trial: Trial) -> FrozenTrial:
-    """Return a trial as Optuna has it; one without an objective counts as pruned.
+    """Return a trial in Optuna's form; one without an objective counts as pruned.
 
-    The excess over a limit is in parts of the limit, so that those of different units compare.
+    The excess over a limit is relative to the limit, so that different units are comparable.
     """
     objective = trial.objective(study)
     excess = {

@@ -68,7 +68,7 @@ class Trials:
 
     @contextmanager
     def _closed_afterwards(self) -> Iterator[None]:
-        """Close the database afterwards: a process that is forked must not share it."""
+        """Close the database on exit, because a forked process must not share it."""
         try:
             yield
         finally:

@@ -1,4 +1,4 @@
-"""A study for `zenvoy tune`: what is searched, for what, and under which constraints."""
+"""A study for `zenvoy tune`: its parameters, its objective and its constraints."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ class Constraint:
 
     @property
     def name(self) -> str:
-        """Its name in the table: "collisions.max"; a theoretical figure has a single value."""
+        """The name in the table: "collisions.max", or just the figure if it is theoretical."""
         return self.figure if is_theoretical(self.figure) else f"{self.figure}.{self.bound}"
 
     @property
     def unit(self) -> str:
-        """Unit of the figure."""
+        """The unit of the figure."""
         return FIGURES[self.figure].unit
 
     def worst(self, values: Sequence[float]) -> float:
-        """Return the value, of all seeds, that is nearest to the limit or farthest beyond it."""
+        """Return the worst value of all seeds: nearest to the limit, or farthest beyond it."""
         return max(values) if self.bound == "max" else min(values)
 
     def excess(self, values: Sequence[float]) -> float:
@@ -45,7 +45,7 @@ class Constraint:
         return beyond if self.bound == "max" else -beyond
 
     def broken(self, values: Sequence[float]) -> str:
-        """Say that the values do not hold the constraint."""
+        """Return a line that says that the values do not satisfy the constraint."""
         side = "above" if self.bound == "max" else "below"
         return f"{self.figure} {self.worst(values):.6g} is {side} {self.limit:g}"
 
@@ -66,11 +66,11 @@ class TuneStudy:
     trials: int
     sampler: Sampler
     allow_code: bool
-    """Whether laws may lie elsewhere than beside the scenario."""
+    """Whether laws may lie anywhere, not only beside the scenario."""
 
     @property
     def name(self) -> str:
-        """Name of the study."""
+        """The name of the study."""
         return self.runs.name
 
     @property
@@ -80,7 +80,7 @@ class TuneStudy:
 
     @property
     def figures(self) -> tuple[str, ...]:
-        """All figures of a trial, each once: that of the objective, and those of constraints."""
+        """All figures of a trial, each once: the objective, then those of constraints."""
         named = (self.figure, *(constraint.figure for constraint in self.constraints))
         return tuple(dict.fromkeys(named))
 
@@ -96,7 +96,7 @@ class TuneStudy:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What makes a study the same when it gets more trials."""
+        """The values that stay the same when a study gets more trials."""
         return {
             "settings": sorted(self.runs.settings),
             "duration_s": self.runs.duration_s,

@@ -1,4 +1,4 @@
-"""A finished trial: its values, its figures with every seed, and whether it holds the limits."""
+"""A finished trial: its values, its figures with every seed, and whether the limits hold."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from zenvoy.studies.tuning.study import Constraint, TuneStudy
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """A point of the search, and what was found there."""
+    """A point of the search, and its results."""
 
     number: int
-    """From 1 on."""
+    """Number of the trial, from 1."""
     point: Point
     figures: Mapping[str, tuple[float, ...]]
-    """Values of a figure, with one of theory, or one for each seed; none if it was not run."""
+    """Values by figure: one of theory, or one for each seed; none if the trial was not run."""
     failure: str | None = None
-    """Why it has no figures, though it was run."""
+    """Why the trial has no figures although it was run."""
 
     def objective(self, study: TuneStudy) -> float | None:
-        """Return the mean over the seeds of what is searched for; None if it is not known."""
+        """Return the objective, a mean over the seeds; None if it is not known."""
         values = self.figures.get(study.figure)
         return None if self.failure or not values else sum(values) / len(values)
 
@@ -33,7 +33,7 @@ class Trial:
         return [one for one in known if one.excess(self.figures[one.figure]) > 0.0]
 
     def feasible(self, study: TuneStudy) -> bool:
-        """Return whether it has all its figures, and holds every constraint."""
+        """Return whether it has all its figures, and satisfies every constraint."""
         return self.objective(study) is not None and not self.broken(study)
 
     @property
@@ -47,7 +47,7 @@ class Trial:
         return " ".join(self.as_settings)
 
     def told(self, study: TuneStudy) -> str:
-        """Return what was found, on one line."""
+        """Return the results on one line."""
         if self.failure:
             return f"failed: {self.failure}"
         objective = self.objective(study)

@@ -1,4 +1,4 @@
-"""Makes a trial: its theory first, and its runs only if theory allows them."""
+"""Makes a trial: theory first, and runs only if theory allows them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ Found = dict[str, tuple[float, ...]]
 
 
 def tried(study: TuneStudy, number: int, point: Point, store: Store, jobs: int) -> Trial:
-    """Return the trial of a point, whose runs the store keeps; raises OSError.
+    """Make and return the trial of a point; the store keeps its runs. Raises OSError.
 
-    A trial that breaks a constraint in theory is not run. One that fails says why.
+    A trial that breaks a constraint in theory is not run. The `failure` of a trial says why it
+    failed.
     """
     try:
         plan = study.plan_at(point)
@@ -76,7 +77,7 @@ def _measured(
 def _stopped(
     study: TuneStudy, of_seeds: Sequence[Mapping[str, float | None]], why: str
 ) -> tuple[Found, str | None]:
-    """Return what is known of runs that a collision stopped: how many collisions there are.
+    """Return what is known about runs that a collision stopped: the number of collisions.
 
     They fail unless a constraint rules them out. Their other measures cover less time than those of
     whole runs.

@@ -1,4 +1,4 @@
-"""Runs a search: the trials that are missing of it, one after the other, then its results."""
+"""Runs a search: makes its missing trials one after the other, then its results."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Tuned:
 
     @property
     def failed(self) -> int:
-        """Number of trials that failed."""
+        """The number of trials that failed."""
         return sum(trial.failure is not None for trial in self.trials)
 
     @property
@@ -124,7 +124,7 @@ def _scenario(study: TuneStudy) -> dict[str, Any]:
 
 
 def _points(study: TuneStudy) -> list[Point]:
-    """Return the first values of all parameters, and each of the others beside first ones."""
+    """Return the point with the first value of each parameter, and those that vary one of them."""
     first = {key: one.samples[0] for key, one in study.parameters.items()}
     others = [
         {**first, key: value} for key, one in study.parameters.items() for value in one.samples[1:]

@@ -1,4 +1,4 @@
-"""What comes back from a worker: the files of finished runs, and why the others failed."""
+"""The answer of a worker: the files of finished runs, and why the others failed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
-    """The files of each finished run by its key and their form, and in one line what failed."""
+    """The files of each finished run, by key and form, and one line about what failed."""
 
     runs: Mapping[str, Mapping[str, bytes]] = field(default_factory=dict)
     failure: str | None = None
@@ -20,6 +20,6 @@ class Answer:
 
 
 def answer_in(packed: bytes) -> Answer:
-    """Return the answer in some bytes."""
+    """Return the answer in packed bytes."""
     answer: Answer = pickle.loads(packed)
     return answer

@@ -33,7 +33,7 @@ class Bench:
 
     @property
     def works(self) -> bool:
-        """Whether the process is there."""
+        """Whether the process is running."""
         return self._process.poll() is None
 
     def made(self, packed: bytes) -> bytes:

@@ -1,6 +1,6 @@
 """The process beside a thread of a Dask worker: it forks a child for each parcel.
 
-So code of the user's own that hangs or dies ends nothing else, as in a sweep on local cores.
+So if the user's own code hangs or dies, nothing else ends, as in a sweep on local cores.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def main(line: Connection, parent: int) -> None:
 
 
 def answer_to(parcel: Parcel) -> Answer:
-    """Make the runs of a parcel in a process of their own."""
+    """Make the runs of a parcel in a separate process."""
     try:
         with TemporaryDirectory(prefix=_PREFIX) as folder:
             store = new_store(Path(folder))

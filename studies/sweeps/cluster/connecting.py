@@ -24,9 +24,9 @@ _LOGGER: Final = "distributed"
 
 @contextmanager
 def client_of(address: str) -> Iterator[Client]:
-    """Yield a client of the scheduler at an address. Its workers have the versions of this process.
+    """Yield a client of the scheduler at an address, whose workers have this process's versions.
 
-    Dask's own log is silent meanwhile. Raises NoClusterError.
+    Dask's own log is silent in the meantime. Raises NoClusterError.
     """
     with _silent():
         _require_scheduler(address)
@@ -52,7 +52,7 @@ def unlike_workers(client: Client) -> list[str]:
 
 
 def _of_dask(packages: Mapping[str, str | None]) -> dict[str, str | None]:
-    """Return the versions that Dask tells: that of Python has five parts."""
+    """Return the versions as Dask reports them: that of Python has five parts."""
     python = ".".join(str(packages["python"]).split(".")[:2])
     return {name: packages.get(name) for name in PACKAGES} | {"python": python}
 

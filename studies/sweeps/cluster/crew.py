@@ -37,7 +37,7 @@ def cluster_at(address: str, on_line: Callable[[str], None]) -> Iterator[DaskCre
 class DaskCrew:
     """The workers of a cluster; see Crew.
 
-    Two tasks for each thread of the workers are in flight: so a worker need not wait for its next
+    Two tasks for each thread of the workers are in flight. So a worker does not wait for its next
     task, and a large study fills neither the scheduler nor the memory of the caller.
     """
 
@@ -48,7 +48,7 @@ class DaskCrew:
 
     @property
     def threads(self) -> int:
-        """Number of threads of the workers that are there now; raises ClusterError."""
+        """The number of threads of the present workers; raises ClusterError."""
         try:
             return sum(self._client.nthreads().values())
         except (OSError, RuntimeError) as error:
@@ -61,7 +61,7 @@ class DaskCrew:
 
     @property
     def most_in_flight(self) -> int:
-        """Number of tasks that the scheduler may hold; raises ClusterError."""
+        """The number of tasks that the scheduler may hold; raises ClusterError."""
         return max(_FEWEST, 2 * self.threads)
 
     def each_done(self, tasks: Sequence[Task], plan: Plan, store: Store) -> Iterator[Done[Task]]:
@@ -114,6 +114,6 @@ class DaskCrew:
 
 
 def killed(error: KilledWorker) -> str:
-    """Return in one line that each worker died that had a task."""
+    """Return in one line that every worker that had the task died."""
     times = counted(error.allowed_failures + 1, "time")
     return f"its Dask worker died {times}; the last one was {error.last_worker.address}"

@@ -1,4 +1,4 @@
-"""What goes to a worker: all that its runs need, in bytes, as no disk need be shared."""
+"""A parcel for a worker: everything that its runs need, in bytes, so that no disk is shared."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from zenvoy.studies.sweeps.tasks import Task
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parcel:
-    """The runs of a task: a scenario with all its values, its seeds, and the laws of its own."""
+    """The runs of a task: a scenario with all its values, its seeds, and its own laws."""
 
     loaded: Loaded
     seeds: tuple[int, ...]
@@ -29,7 +29,7 @@ class Parcel:
     def make(self, store: Store) -> None:
         """Make the runs, and keep them in the store.
 
-        Raises UnknownLawError where a law cannot be loaded here, or what `keep_loaded` raises.
+        Raises UnknownLawError if a law cannot be loaded here, or what `keep_loaded` raises.
         """
         for law in self.laws:
             law.load()
@@ -46,7 +46,7 @@ class Parcel:
 
 
 def parcel_in(packed: bytes) -> Parcel:
-    """Return the parcel in some bytes."""
+    """Return the parcel in packed bytes."""
     parcel: Parcel = pickle.loads(packed)
     return parcel
 

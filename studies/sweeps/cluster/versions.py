@@ -1,4 +1,4 @@
-"""Which versions a worker must have so that its runs have the bits that runs here have."""
+"""The versions that a worker must have so that its runs equal runs here, bit for bit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Final
 
 PACKAGES: Final = ("zenvoy", "numpy", "scipy", "filterpy")
-"""Those that compute: another version may round differently."""
+"""The packages that compute: another version may round differently."""
 
 Versions = Mapping[str, str | None]
 """Versions by name, with that of Python; None for a package that is not installed."""

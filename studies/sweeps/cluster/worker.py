@@ -1,4 +1,4 @@
-"""What a worker of Dask calls."""
+"""The function that a worker of Dask calls."""
 
 from __future__ import annotations
 
