@@ -80,7 +80,7 @@ def _in_process() -> float:
 
 
 def _cavsandbox() -> float:
-    """Return the same for CAVSandbox, in a process of its own so that other rows do not suffer."""
+    """Return the same for CAVSandbox, in a separate process so that other rows do not suffer."""
     command = [sys.executable, "-m", "benchmarks.cavsandbox_platoon"]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
@@ -194,7 +194,7 @@ PARTS = (CYCLES, STRINGS, CHANNEL, STUDIES, REALTIME)
 
 
 def main() -> None:
-    # raise an exception on SIGTERM, so that processes and socket folders are cleaned up
+    # Raise an exception on SIGTERM, so that processes and socket folders are cleaned up.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     console = Console()
     measured_on = facts(PACKAGES)

@@ -23,7 +23,7 @@ def _loaded(vehicles: int, duration_s: float, seed: int) -> Loaded:
 def array_rate(vehicles: int, runs: int, duration_s: float) -> float:
     """Return the vehicle-seconds per second of CPU of a batch of runs, without a log.
 
-    Everything counts from the loaded scenarios to the last cycle, in a process that has just begun.
+    Everything counts from the loaded scenarios to the last cycle, in a process that just started.
     """
     arguments = (str(vehicles), str(runs), str(duration_s))
     command = [sys.executable, "-m", "benchmarks.arrays", *arguments]

@@ -1,6 +1,6 @@
 """The bare Zenoh barrier: the processes, links and messages of Zenvoy's cycle, without its work.
 
-The difference to Zenvoy's own rate is the cost of its agents, protobuf and log. The flow of a
+The difference from Zenvoy's own rate is the cost of its agents, protobuf and log. The flow of a
 cycle:
 
     sense    world -> vehicle      beacon   vehicle -> channel     positions  world -> channel
@@ -48,7 +48,7 @@ class Sizes:
 
     @classmethod
     def of_fleet(cls, vehicles: int) -> Self:
-        """Sizes of Zenvoy's messages for a fleet on a ring, IEEE 802.11p, gaps of 37.5 m.
+        """Return the sizes of Zenvoy's messages for a ring, IEEE 802.11p, gaps of 37.5 m.
 
         A frame has 105 bytes in `receive` and 44 in `links`, for each vehicle within 1 km.
         """

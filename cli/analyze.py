@@ -32,7 +32,7 @@ class OutError(Exception):
 
 
 def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> int:
-    """Print the summary and chapters of a log, write its report; return the exit code."""
+    """Print the summary and chapters of a log, and write its report; return the exit code."""
     try:
         run = _with_motion(log)
         folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
@@ -56,7 +56,7 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
 def compare(
     logs: list[Path], labels: list[str], out: Path | None, console: Console, errors: Console
 ) -> int:
-    """Print a comparison of runs, write it as a page with its files; return the exit code."""
+    """Print a comparison of runs, and write it as a page with files; return the exit code."""
     try:
         named = labels_for(logs, labels)
         runs = [_with_motion(log) for log in logs]

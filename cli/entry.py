@@ -1,7 +1,7 @@
-"""The entry point of the `zenvoy` command: what must be done before the slow imports.
+"""The entry point of the `zenvoy` command: everything that comes before the slow imports.
 
-The commands import numpy, matplotlib and Zenoh, which takes a second. Meanwhile a signal must not
-reach Python's default handlers, and no file must get the descriptor of a closed stream.
+The commands import numpy, matplotlib and Zenoh, which takes a second. In the meantime a signal must
+not reach Python's default handlers, and no file must get the descriptor of a closed stream.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def execute(
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
 ) -> int:
-    """Run a scenario, print its summary and its folder; return the exit code."""
+    """Run a scenario, and print its summary and its folder; return the exit code."""
     try:
         folder = make_folder(out, loaded.name)
     except FolderError as error:

@@ -14,7 +14,7 @@ from zenvoy.scenarios.reading.library import packaged
 
 
 class Bus(StrEnum):
-    """The engines by the names that they had before."""
+    """The engines by their older names."""
 
     ZENOH = "zenoh"
     IN_PROCESS = "in-process"
@@ -35,7 +35,7 @@ def engine_of(bus: Bus) -> Engine:
 
 
 def choice_of(engine: EngineName | None, bus: Bus | None) -> Choice:
-    """Return what the two options ask for; if they contradict each other, print so and exit."""
+    """Return the engine that two options ask for; if they disagree, print an error and exit."""
     if bus is None:
         return "processes" if engine is None else engine.value
     if engine is not None and engine.value != engine_of(bus):
@@ -44,7 +44,7 @@ def choice_of(engine: EngineName | None, bus: Bus | None) -> Choice:
 
 
 def _complete(text: str) -> list[str]:
-    """Return the built-in scenarios that begin so; a shell completes files where there are none."""
+    """Return the built-in scenarios that begin with `text`; if there are none, files complete."""
     return [name for name in packaged() if name.startswith(text)]
 
 

@@ -14,7 +14,7 @@ from zenvoy.cli import exits
 def repair_log(
     log: Path, out: Path | None, salvage: bool, console: Console, errors: Console
 ) -> int:
-    """Write a complete log, print what was wrong and what is missing; return the exit code."""
+    """Write a complete log, and print its faults and gaps; return the exit code."""
     try:
         repaired = repair(log, out, salvage=salvage)
     except LogError as error:

@@ -25,7 +25,7 @@ _UNKNOWN: Final = "–"
 
 
 def print_summary(console: Console, summary: dict[str, Any]) -> None:
-    """Print the summary of a run, a line per figure."""
+    """Print the summary of a run, one line per figure."""
     title = f"{summary['scenario']}, seed {summary['seed']}"
     table = Table(title=title, show_header=False)
     table.add_column(no_wrap=True)

@@ -1,4 +1,4 @@
-"""What the commands on a study of the user's own share: options, and how they end early."""
+"""Options of the commands for a user's own study, and how these commands end early."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def command_of(name: str, study: str, out: Path | None, allow_code: bool) -> str
 def studying(what: str, parts: str) -> Iterator[None]:
     """Print why a study is refused, cannot go on or is interrupted, and exit.
 
-    `what` and `parts` are the names of such a study and of the parts of it that are kept.
+    `what` names such a study, and `parts` names its parts that are kept.
     """
     from zenvoy.studies.sweeps.errors import ClusterError, NoClusterError
 

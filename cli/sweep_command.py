@@ -1,4 +1,4 @@
-"""`zenvoy sweep`: runs a study of the user's own."""
+"""`zenvoy sweep`: runs a user's own study."""
 
 from __future__ import annotations
 

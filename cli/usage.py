@@ -21,7 +21,7 @@ _MESSAGES: Final = {
     "less_than_equal": "is not at most {le}",
 }
 
-# Packages that only some commands need, and the extra that each is in; a run needs none of them.
+# Packages that only some commands need, and the extra that has each; a run needs none of them.
 _EXTRAS: Final = {
     "jinja2": "analysis",
     "matplotlib": "analysis",

@@ -1,4 +1,4 @@
-"""Loses more and more frames, and prints what becomes of the smallest gap: a study in ten lines.
+"""Loses more and more frames, and prints how the smallest gap changes: a study in ten lines.
 
 python examples/from_python.py
 """

@@ -1,4 +1,4 @@
-"""A vehicle without Zenvoy: it follows on its own radar (FM), in real time. README.md says more."""
+"""A vehicle without Zenvoy: it follows by its own radar (FM), in real time. README.md says more."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ READS, GONE = {"sense": pb.Sense, "receive": pb.Receive}, "the world is gone"
 
 
 def follow(sense, control):
-    """FM: acceleration, m/s², from the gap ahead, its rate of change and the own speed."""
+    """Return mode and acceleration (m/s²) by FM, from the gap ahead, its rate and the own speed."""
     if not sense.HasField("ahead"):
         return {"mode": pb.MODE_CONSTANT_SPEED}
     gains, limit = control["gains"], control["acceleration_limit_mps2"]
@@ -29,7 +29,7 @@ def follow(sense, control):
 
 
 def drive(came, beacons, commands, scenario):
-    """Beacon on each sense, command at t_k + v2v_wait; returns when the world is gone."""
+    """Send a beacon on each sense and a command at t_k + v2v_wait, until the world is gone."""
     control, speed, period_ns = scenario["control"], scenario["speed"], scenario["period_ms"] * 1e6
     wait_ns, delay_ns = (round(control[key] * 1e6) for key in ("v2v_wait_ms", "system_delay_ms"))
     due_ns, sense, message, start_ns, timing = None, None, None, 0, pb.Timing()
@@ -39,10 +39,10 @@ def drive(came, beacons, commands, scenario):
             came_ns, message = came.get(timeout=left_s)
         except Empty:
             came_ns, message = time.monotonic_ns(), None
-        if due_ns is not None and came_ns >= due_ns:  # what came by then has been heard
+        if due_ns is not None and came_ns >= due_ns:  # all earlier messages are read
             at_ns, due_ns = sense.time_ns + wait_ns, None
             timing.decided_ns = round((time.monotonic_ns() - start_ns) * speed)
-            if timing.decided_ns - at_ns < period_ns:  # else it was stopped meanwhile
+            if timing.decided_ns - at_ns < period_ns:  # else this process was stopped
                 own = {"cycle": sense.cycle, "vehicle": sense.vehicle, "time_ns": at_ns, **UNKNOWN}
                 own |= {"effective_ns": at_ns + delay_ns, "timing": timing}
                 commands.put(pb.Command(**own, **follow(sense, control)).SerializeToString())
@@ -54,7 +54,7 @@ def drive(came, beacons, commands, scenario):
         if isinstance(message, pb.Sense):
             sense, start_ns = message, message.wall_start_ns
             timing.sensed_ns = round((came_ns - start_ns) * speed)
-            if timing.sensed_ns - sense.time_ns < period_ns:  # else newer ones are waiting
+            if timing.sensed_ns - sense.time_ns < period_ns:  # else newer senses are waiting
                 due_ns = start_ns + round((sense.time_ns + wait_ns) / speed)
                 own = {of.name: x for of, x in sense.ListFields() if of.name != "wall_start_ns"}
                 plan = pb.Beacon(planned_acceleration=[sense.acceleration], sequence=sense.cycle)
@@ -63,7 +63,7 @@ def drive(came, beacons, commands, scenario):
 
 
 def matched(asker):
-    """A publisher or querier, once somebody reads it: what is put before that is gone."""
+    """Return a publisher or querier once it has a reader; earlier messages would be lost."""
     with asker.declare_matching_listener(zenoh.handlers.FifoChannel(16)) as changes:
         while not asker.matching_status.matching:
             changes.recv()
