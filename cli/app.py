@@ -15,6 +15,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from zenvoy.cli.calibrate_command import CONVOY_COMMANDS
 from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
 from zenvoy.cli.new import NEW
@@ -323,7 +324,13 @@ def trace(
     raise typer.Exit(trace(file, options, limit_mps2, out, console, errors))
 
 
-for command in (*LOG_COMMANDS, *STUDY_COMMANDS, *SWEEP_COMMANDS, *TUNE_COMMANDS):
+for command in (
+    *LOG_COMMANDS,
+    *STUDY_COMMANDS,
+    *SWEEP_COMMANDS,
+    *TUNE_COMMANDS,
+    *CONVOY_COMMANDS,
+):
     app.command()(command)
 
 

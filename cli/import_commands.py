@@ -125,19 +125,14 @@ def table(
 def _write(convoy: Convoy, out: Path | None) -> None:
     """Write the scenario of a convoy into a new folder, and print what was read."""
     from zenvoy.bus.text import utf8
-    from zenvoy.scenarios.convoys.kept import LEADER, RECORDED, leader_csv, recorded_csv
-    from zenvoy.scenarios.convoys.scenario_of import SCENARIO, scenario_yaml
+    from zenvoy.scenarios.convoys.folder import files_of
+    from zenvoy.scenarios.convoys.scenario_of import values_of
 
     folder = new_folder(Path(convoy.name) if out is None else out)
     for what, value in convoy.told.items():
         say(f"{what}: {value}")
-    files = {
-        LEADER: leader_csv(convoy),
-        RECORDED: recorded_csv(convoy),
-        SCENARIO: scenario_yaml(convoy),
-    }
     try:
-        for name, text in files.items():
+        for name, text in files_of(convoy, values_of(convoy)).items():
             (folder / name).write_bytes(utf8(text))
             say(str(folder / name))
     except OSError as error:

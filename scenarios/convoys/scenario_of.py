@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -10,9 +9,7 @@ import numpy as np
 from zenvoy.scenarios.convoys.convoy import Convoy
 from zenvoy.scenarios.convoys.cutting import LENGTH_M
 from zenvoy.scenarios.convoys.kept import LEADER
-from zenvoy.scenarios.schema.effective import as_yaml
 
-SCENARIO: Final = "scenario.yaml"
 _LEAST_GAP_M: Final = 0.01  # a smaller gap at the start would be a collision
 
 
@@ -47,11 +44,6 @@ def values_of(convoy: Convoy, *, points: bool = False) -> dict[str, Any]:
         "sensors": {"error": 0},
         "events": [event],
     }
-
-
-def scenario_yaml(convoy: Convoy, values: Mapping[str, Any] | None = None) -> str:
-    """Return the scenario of a convoy as text."""
-    return as_yaml(values_of(convoy) if values is None else values)
 
 
 def _description(convoy: Convoy) -> str:
