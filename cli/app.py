@@ -16,6 +16,7 @@ import typer
 from rich.table import Table
 
 from zenvoy.cli.calibrate_command import CONVOY_COMMANDS
+from zenvoy.cli.compare_laws_command import COMPARE_LAWS_COMMANDS
 from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
 from zenvoy.cli.new import NEW
@@ -328,6 +329,7 @@ for command in (
     *LOG_COMMANDS,
     *STUDY_COMMANDS,
     *SWEEP_COMMANDS,
+    *COMPARE_LAWS_COMMANDS,
     *TUNE_COMMANDS,
     *CONVOY_COMMANDS,
 ):

@@ -21,10 +21,34 @@ ResultsOption = Annotated[
 ]
 
 
+JobsOption = Annotated[
+    int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
+]
+DaskOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Have the workers of a Dask cluster make the runs; the address of its scheduler.",
+    ),
+]
+
+
+def options_of(*given: tuple[str, object]) -> str:
+    """Return options and their values as on a command line; None and empty lists are left out."""
+    written = []
+    for name, value in given:
+        if isinstance(value, bool):
+            written += [name] if value else []
+        elif value is not None:
+            values = value if isinstance(value, list | tuple) else (value,)
+            written += [f"{name} {quote(str(one))}" for one in values]
+    return "".join(f" {one}" for one in written)
+
+
 def command_of(name: str, study: str, out: Path | None, allow_code: bool) -> str:
     """Return the command line that makes the same results."""
-    command = f"zenvoy {name} {quote(study)}" + (f" --out {quote(str(out))}" if out else "")
-    return command + (" --allow-code" if allow_code else "")
+    options = options_of(("--out", out), ("--allow-code", allow_code))
+    return f"zenvoy {name} {quote(study)}{options}"
 
 
 @contextmanager

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 import typer
 
 from zenvoy.cli import exits
 from zenvoy.cli.options import AllowCodeOption
-from zenvoy.cli.studying import ResultsOption, StudyArgument, command_of, studying
+from zenvoy.cli.studying import (
+    DaskOption,
+    JobsOption,
+    ResultsOption,
+    StudyArgument,
+    command_of,
+    studying,
+)
 from zenvoy.cli.terminal import errors, say
 
 
 def sweep(
     study: StudyArgument,
     out: ResultsOption = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, max=1_000, help="Runs at a time [default: one per core].")
-    ] = None,
+    jobs: JobsOption = None,
     allow_code: AllowCodeOption = False,
-    dask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Have the workers of a Dask cluster make the runs; the address of its scheduler.",
-        ),
-    ] = None,
+    dask: DaskOption = None,
 ) -> None:
     """Run a scenario over axes and seeds.
 

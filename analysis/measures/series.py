@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.following import ends
 from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.motion import speed_spread
 from zenvoy.links.distance import gaps
@@ -31,6 +32,13 @@ def _gap(run: Run) -> Floats:
     return np.asarray(gaps(run.truth["position"], run.scenario.ring_length_m))
 
 
+def _speed_of_end(run: Run, end: Literal[0, 1]) -> Floats:
+    """Return the speed of the head (0) or of the tail (1); NaN where a run has neither."""
+    found = ends(run)
+    speed = run.truth["speed"]
+    return np.full(len(speed), np.nan) if found is None else np.asarray(speed[:, found[end]])
+
+
 SERIES: Final[Mapping[str, Series]] = MappingProxyType(
     {
         "smallest_gap_m": Series("m", "smallest gap", lambda r: np.nanmin(_gap(r), axis=1)),
@@ -44,5 +52,7 @@ SERIES: Final[Mapping[str, Series]] = MappingProxyType(
             "standard deviation of speed over the vehicles",
             lambda r: speed_spread(r.truth["speed"]),
         ),
+        "head_speed_mps": Series("m/s", "speed of the head", lambda r: _speed_of_end(r, 0)),
+        "tail_speed_mps": Series("m/s", "speed of the tail", lambda r: _speed_of_end(r, 1)),
     }
 )

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from zenvoy.studies.extras import missing
 from zenvoy.studies.sweeps.crew import Cores, Crew
@@ -17,7 +17,7 @@ from zenvoy.studies.sweeps.page import README, write_results
 from zenvoy.studies.sweeps.plan import Plan, counted, plan_of
 from zenvoy.studies.sweeps.results import Results, results_of
 from zenvoy.studies.sweeps.store import Store, open_store
-from zenvoy.studies.sweeps.study_file import read_study
+from zenvoy.studies.sweeps.study_file import StudyFile, read_study
 from zenvoy.studies.sweeps.tasks import Task, missing_tasks
 from zenvoy.studies.sweeps.workers import Done
 
@@ -61,15 +61,36 @@ def run_sweep(
     Raises BadStudyError or NoClusterError before anything is run, and ClusterError or OSError.
     Finished runs are kept in the folder, also after an interruption.
     """
-    checked = read_study(study)
-    plan = plan_of(checked, allow_code=allow_code)
-    folder = Path("runs") / checked.name if out is None else out
+    made = make_runs(
+        read_study(study), out=out, jobs=jobs, on_line=on_line, allow_code=allow_code, dask=dask
+    )
+    files = write_results(made.results, made.store, command)
+    return Swept(results=made.results, folder=made.store.folder, files=tuple(files))
+
+
+class Made(NamedTuple):
+    """The results of a study, and the folder that keeps its runs."""
+
+    results: Results
+    store: Store
+
+
+def make_runs(
+    study: StudyFile,
+    *,
+    out: Path | None,
+    jobs: int | None,
+    on_line: OnLine,
+    allow_code: bool = False,
+    dask: str | None = None,
+) -> Made:
+    """Make the missing runs of a study that is read; see `run_sweep`."""
+    plan = plan_of(study, allow_code=allow_code)
+    folder = Path("runs") / study.name if out is None else out
     with _crew(jobs, dask, on_line) as crew:
-        store = open_store(folder, checked)
+        store = open_store(folder, study)
         failures = _made_by(crew, plan, store, on_line)
-    results = results_of(plan, store, failures)
-    files = write_results(results, store, command)
-    return Swept(results=results, folder=folder, files=tuple(files))
+    return Made(results_of(plan, store, failures), store)
 
 
 def _crew(jobs: int | None, dask: str | None, on_line: OnLine) -> AbstractContextManager[Crew]:

@@ -17,6 +17,7 @@ from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
 from zenvoy.analysis.measures.statistics import Mean
 from zenvoy.analysis.page.section import Cell, Sheet
+from zenvoy.studies.sweeps.axes import Axis, Variants
 from zenvoy.studies.sweeps.results import Results, Row, unit_of_axis
 from zenvoy.studies.sweeps.store import Store
 
@@ -94,7 +95,7 @@ def legend(results: Results) -> Sheet:
     """Return the unit and the meaning of each column of both tables."""
     study = results.plan.study
     rows: list[tuple[Cell, ...]] = [("cell", "", _COLUMNS["cell"])]
-    rows += [(key, unit_of_axis(key), "axis: setting of the scenario") for key in study.axes]
+    rows += [(key, unit_of_axis(key), _of_axis(axis)) for key, axis in study.axes.items()]
     rows += [(name, "", _COLUMNS[name]) for name in ("seed", "failure")]
     rows += [(name, MEASURES[name].unit, MEASURES[name].meaning) for name in results.measures]
     if study.series:
@@ -108,6 +109,11 @@ def legend(results: Results) -> Sheet:
         columns=("column", "unit", "meaning"),
         rows=tuple(rows),
     )
+
+
+def _of_axis(axis: Axis) -> str:
+    names = isinstance(axis, Variants)
+    return "axis: name of settings" if names else "axis: setting of the scenario"
 
 
 def means(results: Results) -> Sheet:

@@ -1,0 +1,1 @@
+"""Laws side by side: one scenario, the same seeds, and a table with intervals."""

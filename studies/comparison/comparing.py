@@ -1,0 +1,175 @@
+"""Compares laws: a sweep of one scenario over laws, with the same seeds for each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from zenvoy.analysis.measures.figures import MEASURES
+from zenvoy.scenarios import Place, Scenario
+from zenvoy.scenarios.reading.origin import located
+from zenvoy.studies.comparison.compared import Comparison
+from zenvoy.studies.comparison.laws import Base, ComparedLaw, laws_of
+from zenvoy.studies.comparison.page import write_results
+from zenvoy.studies.comparison.speeds import SERIES_SHOWN
+from zenvoy.studies.sweeps.checking import unknown
+from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
+from zenvoy.studies.sweeps.page import README
+from zenvoy.studies.sweeps.study_file import StudyFile, read_study
+from zenvoy.studies.sweeps.sweep import OnLine, make_runs
+
+MEASURED: Final = (
+    "smallest_gap_m",
+    "gap_error_rms_m",
+    "speed_swing_ratio",
+    "acceleration_rms_mps2",
+    "jerk_rms_mps3",
+    "collisions",
+    "fallbacks",
+)
+"""The measures of a comparison that names none."""
+
+SEEDS: Final = 30
+
+_AXIS: Final = "law"
+_OPTIONS: Final = {  # by the keys of a study
+    "axes": "--law",
+    _AXIS: "--law",
+    "settings": "--set",
+    "seeds": "--seeds",
+    "measures": "--measure",
+    "duration_s": "--duration-s",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparing:
+    """What is to be compared: laws by their texts, in a scenario, over seeds."""
+
+    scenario: str
+    laws: Sequence[str]
+    labels: Sequence[str] = ()
+    seeds: int | Sequence[int] = SEEDS
+    measures: Sequence[str] = ()
+    settings: Sequence[str] = ()
+    duration_s: float | None = None
+    allow_code: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """The outcome of a comparison, its folder, and the files that it wrote."""
+
+    comparison: Comparison
+    folder: Path
+    files: tuple[Path, ...]
+
+    @property
+    def readme(self) -> Path:
+        """The page that says what was run, and what failed."""
+        return self.folder / README
+
+
+def run_comparison(
+    asked: Comparing,
+    *,
+    out: Path | None,
+    jobs: int | None,
+    on_line: OnLine,
+    command: str,
+    dask: str | None = None,
+) -> Compared:
+    """Make the missing runs of a comparison, then write its tables and pictures.
+
+    `out` is runs/<name of the scenario>-laws by default. For `jobs`, `on_line` and `dask`, and for
+    what is raised, see `run_sweep`.
+    """
+    base = Base(
+        scenario=asked.scenario,
+        settings=tuple(asked.settings),
+        duration_s=asked.duration_s,
+        allow_code=asked.allow_code,
+    )
+    _require_measures(asked.measures)
+    _require_no_law(asked.settings)
+    laws = laws_of(base, asked.laws, asked.labels)
+    notes = tuple(_notes(base.load().scenario, laws))
+    for note in notes:
+        on_line(note)
+    made = make_runs(
+        _study(asked, laws),
+        out=out,
+        jobs=jobs,
+        on_line=on_line,
+        allow_code=asked.allow_code,
+        dask=dask,
+    )
+    compared = Comparison(laws=laws, results=made.results, notes=notes)
+    files = write_results(compared, made.store, command)
+    return Compared(comparison=compared, folder=made.store.folder, files=tuple(files))
+
+
+def _require_measures(names: Sequence[str]) -> None:
+    for name in names:
+        if name not in MEASURES:
+            raise bad_study("", unknown(name, list(MEASURES)), Place(source=f"--measure {name}"))
+        if names.count(name) > 1:
+            raise bad_study("", f"--measure {name}: is given twice; allowed: once")
+
+
+def _require_no_law(settings: Sequence[str]) -> None:
+    for setting in settings:
+        key = setting.partition("=")[0].strip()
+        if key in ("control.model", "control.parameters"):
+            text = "is what a comparison varies; allowed: --law"
+            raise bad_study(key, text, Place(source=f"--set {setting}"))
+
+
+def _study(asked: Comparing, laws: Sequence[ComparedLaw]) -> StudyFile:
+    """Return the comparison as a study for a sweep, whose problems name the options."""
+    keys: dict[str, Any] = {
+        "scenario": asked.scenario,
+        "settings": list(asked.settings),
+        "axes": {_AXIS: {"variants": {law.label: dict(law.settings) for law in laws}}},
+        "seeds": asked.seeds if isinstance(asked.seeds, int) else list(asked.seeds),
+        "measures": list(asked.measures or MEASURED),
+        "series": list(SERIES_SHOWN),
+    }
+    if asked.duration_s is not None:
+        keys["duration_s"] = asked.duration_s
+    name = f"{located(asked.scenario).name.rpartition('/')[2]}-laws"
+    try:
+        study = read_study(keys)
+    except BadStudyError as error:
+        raise BadStudyError(
+            replace(one, place=_place(one.key.partition(".")[0], one.place))
+            for one in error.problems
+        ) from None
+    places = {key: _place(key, place) or place for key, place in study.places.items()}
+    return replace(study, name=name, places=places)
+
+
+def _place(key: str, otherwise: Place | None) -> Place | None:
+    """Return the option that stands for a key of a study; `otherwise` where there is none."""
+    return Place(source=_OPTIONS[key]) if key in _OPTIONS else otherwise
+
+
+def _notes(scenario: Scenario, laws: Sequence[ComparedLaw]) -> list[str]:
+    """Return what a reader of the comparison must know about its runs, in sentences."""
+    found = [
+        f"{law.label} runs in process, not on arrays: {'; '.join(law.not_arrays)}"
+        for law in laws
+        if law.not_arrays
+    ]
+    switched = [switch for switch in scenario.control.schedule if switch.model is not None]
+    if switched:
+        found.append(
+            f"control.schedule changes laws from {switched[0].at_s:g} s on; the laws compared here"
+            " drive the vehicles concerned only before that (--set control.schedule=[] removes it)"
+        )
+    grouped = [group.name for group in scenario.fleet.groups if group.model is not None]
+    if grouped:
+        found.append(f"groups keep laws of their own: {', '.join(grouped)}")
+    return found
