@@ -1,6 +1,6 @@
 """Becomes a command that dies with its parent: `python as_child.py SETTINGS COMMAND …`.
 
-A process can be set up so only from within, and not in a fork of the tests: pytest's workers have
+A process must set this up itself, and a fork of the tests cannot do it: pytest's workers have
 threads, and a fork of a process with threads may hold a lock for ever.
 """
 

@@ -1,4 +1,4 @@
-"""The figures of how a fleet follows match closed forms, and the run that they are of."""
+"""Measures of following match closed forms, and those of a run match its motion."""
 
 from __future__ import annotations
 

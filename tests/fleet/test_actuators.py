@@ -1,4 +1,4 @@
-"""Runs of vehicles with lags and limits of their own."""
+"""Fleets run with a lag and limits for each vehicle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Swings of a platoon whose beacons come less often than its decisions, all at once or in turn."""
+"""A platoon whose beacons are rarer than its decisions swings, with beacons at once or in turn."""
 
 from __future__ import annotations
 

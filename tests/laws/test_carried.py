@@ -1,4 +1,4 @@
-"""Laws that go to a process on another machine, with the modules beside them."""
+"""Laws are sent to a process on another machine, with the modules beside them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`zenvoy sweep` runs a study, writes its table, and goes on where it stopped."""
+"""`zenvoy sweep` runs a study, writes its table, and resumes where it stopped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`zenvoy sweep --dask`: a cluster gives the table that local cores give, also if a worker dies."""
+"""`zenvoy sweep --dask` gives the same table as local cores, even if a worker dies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Studies of the user's own have axes and plans, and each bad study is refused in one line."""
+"""A user's own studies have axes and plans, and each bad study is refused in one line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`zenvoy tune`: what it finds and writes."""
+"""`zenvoy tune` finds the best trial, and writes its results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`zenvoy tune` goes on where it stopped, in the folder of the same study and in no other."""
+"""`zenvoy tune` resumes where it stopped, in the folder of the same study and in no other."""
 
 from __future__ import annotations
 

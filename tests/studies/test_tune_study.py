@@ -1,4 +1,4 @@
-"""Studies for `zenvoy tune`: what is read of them, and the line that each bad one gets."""
+"""Studies for `zenvoy tune` are read, and each bad one is refused in one line."""
 
 from __future__ import annotations
 

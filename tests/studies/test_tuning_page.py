@@ -1,4 +1,4 @@
-"""docs/tuning.md: its study, its commands and its Python run as they stand."""
+"""The study, the commands and the Python code of docs/tuning.md run as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a vehicle expects of itself under a lag is what the world makes of its commands."""
+"""The acceleration that a vehicle expects under a lag equals that of the world."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motion under constant acceleration, to standstill and no further."""
+"""Motion under constant acceleration is exact, and ends at a standstill."""
 
 from __future__ import annotations
 
