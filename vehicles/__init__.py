@@ -1,1 +1,1 @@
-"""A vehicle: estimator, predictor, controllers, the agent and its process."""
+"""Vehicles: estimation, prediction, decision, beacons, and their process."""

@@ -1,4 +1,4 @@
-"""A vehicle: what it does with a sense, and what it decides, whatever clock it runs on."""
+"""A vehicle under either clock: it takes in senses and frames, sends beacons, and decides."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from zenvoy.vehicles.neighbours import neighbours
 
 
 class Vehicle:
-    """Vehicle `vehicle` of 1..size; it knows of the others what its radar and its radio say.
+    """Vehicle `vehicle` of 1..size, which knows others only by its radar and its radio.
 
-    In each cycle it first takes in its sense, then decides. `lock_step` and `realtime` say when.
+    In each cycle it takes in its sense, then decides. `lock_step` and `realtime` decide when.
     """
 
     def __init__(self, scenario: Scenario, vehicle: int) -> None:
@@ -39,7 +39,7 @@ class Vehicle:
         self._period_ns, self._delay_ns = scenario.period_ns, scenario.system_delay_ns
         self._targets = settings.targets
         self._limits = settings.limits
-        self._constant: Aim | None = None  # where the schedule changes nothing
+        self._constant: Aim | None = None  # set if the schedule changes nothing
         if not self._targets.change:
             self._constant = self._aim_at(0)
         self._beacons = settings.beacons
@@ -53,15 +53,16 @@ class Vehicle:
         self._cycle = 0  # of the newest sense
 
     def fault_in_sense(self, sense: pb.Sense) -> str | None:
-        """What is wrong with a sense; None where it is the vehicle's own, and of its time."""
+        """Return what is wrong with a sense, or None; it must be for this vehicle and on time."""
         return fault_in_sense(sense, self.vehicle, sense.cycle * self._period_ns)
 
     def fault_in_receive(
         self, receive: pb.Receive, time_ns: int | None, sent_by_ns: int
     ) -> str | None:
-        """What is wrong with frames; None where those that count make sense.
+        """Return what is wrong with frames, or None; only frames that count are checked.
 
-        `time_ns`: when they are to come, where that is known; no beacon is sent after `sent_by_ns`.
+        time_ns: when they are due, or None if that is not known. sent_by_ns: the latest time at
+        which a beacon in them can have been sent.
         """
         fault = fault_in_receive(receive, self.vehicle, time_ns)
         if fault is None and not self._known.radio.understands(receive, sent_by_ns):
@@ -69,7 +70,7 @@ class Vehicle:
         return fault
 
     def sense(self, sense: pb.Sense) -> Envelope:
-        """Take in the sense of a new cycle; returns the beacon. Raises LawError."""
+        """Take in the sense of a new cycle, and return the beacon; raises LawError."""
         self._cycle = sense.cycle
         try:
             return Envelope(BEACON, self.vehicle, self._beacon(sense))
@@ -78,7 +79,7 @@ class Vehicle:
             raise
 
     def decide(self, now_ns: int, received: Sequence[pb.Receive]) -> Envelope:
-        """Take in the frames that have come since the last decision, and return the command.
+        """Take in the frames that arrived since the last decision, and return the command.
 
         Raises LawError with the vehicle's name.
         """
@@ -90,7 +91,7 @@ class Vehicle:
             raise
 
     def _beacon(self, sense: pb.Sense) -> bytes:
-        """Beacon: the readings, and what the vehicle expects of itself."""
+        """Return the beacon, with readings and the accelerations that the vehicle expects."""
         plan = self._known.sense(sense)
         sequence = self._beaconing.next(sense) if self._beacons else None
         if sequence is None:
@@ -99,7 +100,7 @@ class Vehicle:
         return sent + reported(self._known.newest_command) if self._reports_commands else sent
 
     def _decide(self, now_ns: int) -> bytes:
-        """Command for the instant at which it takes effect, and what it was based on."""
+        """Decide, and return the command together with the data that it is based on."""
         known, effective_ns = self._known, now_ns + self._delay_ns
         predicted = known.predict(effective_ns) if self._estimates else None
         controller = self._controller_at(now_ns)
@@ -119,7 +120,7 @@ class Vehicle:
         return command(self.vehicle, at, decision, known, predicted, self._counts_neighbours)
 
     def _controller_at(self, now_ns: int) -> Controller:
-        """The controller in force; a leader has nobody to cooperate with, and follows."""
+        """Return the controller in force; a platoon leader has none to follow, so it runs FM."""
         while len(self._phases) > 1 and self._phases[1][0] <= now_ns:
             del self._phases[0]
         controller = self._phases[0][1]
@@ -127,7 +128,7 @@ class Vehicle:
         return FOLLOWING if leads else controller
 
     def _aim_at(self, now_ns: int) -> Aim:
-        """What the schedule wants now."""
+        """Return what the schedule asks for now."""
         if self._constant is not None:
             return self._constant
         targets = self._targets
@@ -143,7 +144,7 @@ class Vehicle:
         return Aim(setpoint, self._limits, cruise)
 
     def _view(self, controller: Controller, now_ns: int) -> View:
-        """What there is to decide on, as far as the law looks at it."""
+        """Return the data to decide on, as far as the law uses them."""
         known, view, needs = self._known, self._known.read(now_ns), controller.law.needs
         if needs.sides:
             m = controller.law.sides(controller.parameters)
@@ -152,13 +153,13 @@ class Vehicle:
             other, seam_m = self._neighbours.ahead[0], self._neighbours.seam_ahead[0]
             motion = known.motion_of(other, seam_m, commands=needs.commands)
             view = view._replace(predecessor=motion)
-        if needs.leader:  # it has a lower number, so no seam lies in between
+        if needs.leader:  # the leader has a lower number, so no seam lies in between
             motion = known.motion_of(self._neighbours.leader, 0.0, commands=needs.commands)
             view = view._replace(leader=motion)
         return view
 
     def _uniform(self, cycle: int, number: int) -> float:
-        """A random number in [0, 1) for the law of this vehicle in a cycle."""
+        """Return random number `number` in [0, 1) for the law of this vehicle in a cycle."""
         return float(uniforms(self._seed, Purpose.LAW, self.vehicle, number, cycle)[0])
 
 

@@ -1,4 +1,4 @@
-"""When a vehicle puts a beacon on the air."""
+"""Rules that decide when a vehicle sends a beacon."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from zenvoy.vehicles.estimator import ReadingError
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.state import SpeedState
 
-# ETSI EN 302 637-2 V1.4.1, 6.1.3. Vehicles drive along a line here: their heading never changes.
+# ETSI EN 302 637-2 V1.4.1, 6.1.3. Vehicles drive along a line, so their heading never changes.
 _MOVED_M: Final = 4.0
 _FASTER_MPS: Final = 0.5
 _LEAST_NS: Final = 100_000_000  # T_GenCamMin
@@ -19,42 +19,47 @@ _REPEATS: Final = 3  # N_GenCam
 
 
 class Beaconing(Protocol):
-    """A rule; asked once in each cycle."""
+    """A beacon rule, which is asked once in each cycle."""
 
     def next(self, sense: pb.Sense) -> int | None:
-        """Sequence number of the beacon of this cycle; None: there is none."""
+        """Return the sequence number of the beacon of this cycle, or None if none is sent."""
 
 
 class EveryNth:
-    """Every n-th cycle, from cycle `first` on."""
+    """A beacon in every n-th cycle, from cycle `first` on."""
 
     def __init__(self, n: int, first: int) -> None:
         self._n, self._first = n, first
 
     def next(self, sense: pb.Sense) -> int | None:
-        """Counts from 0."""
+        """Return the number of the beacon, from 0, or None if none is sent."""
         number, rest = divmod(sense.cycle - self._first, self._n)
         return number if rest == 0 and number >= 0 else None
 
 
 class EtsiCam:
-    """Triggers of the cooperative awareness service, on what the vehicle knows of itself.
+    """The triggers of the cooperative awareness service, from the vehicle's own readings.
 
-    A message is due when position or speed have changed by more than a threshold since the last,
-    or when the last is T_GenCam old. T_GenCam is the time between the last two that a change has
-    triggered, for three messages; then 1 s again. Never less than 100 ms apart. The speed is
-    filtered as by the vehicle's own estimator: readings alone would trigger by their errors.
+    A message is due when position or speed has changed by more than a threshold since the last one,
+    or when the last one is T_GenCam old. After a change has triggered a message, T_GenCam is the
+    time since the message before, for three messages; then it is 1 s again. Messages are at least
+    100 ms apart. The speed is filtered as in the vehicle's own estimator, because errors of
+    readings would trigger messages.
     """
 
     def __init__(self, speed: SpeedState, own: Motion, period_ns: int) -> None:
-        """`own`: where the readings of acceleration go, that `speed` takes its inputs from."""
+        """Take the filter of the own speed, and the motion from which it gets its inputs."""
         self._speed_state, self._own, self._period_ns = speed, own, period_ns
         self._sent_ns = -1
         self._position = self._speed = 0.0
         self._interval_ns, self._repeats, self._number = _MOST_NS, 0, 0
 
     def next(self, sense: pb.Sense) -> int | None:
-        """Counts from 0; from its first cycle, in place of another vehicle that has counted too."""
+        """Return the number of the beacon, or None if none is sent.
+
+        Numbers count up from the cycle of the first beacon: from 0, or from a higher number in a
+        vehicle that replaces another one, whose numbers must not repeat.
+        """
         start_ns = sense.time_ns - self._period_ns
         self._own.learn(start_ns, sense.time_ns, sense.acceleration, (), ())
         self._speed_state.measure(sense.time_ns, sense.speed)
@@ -84,7 +89,7 @@ class EtsiCam:
 
 
 def beaconing(scenario: Scenario, vehicle: int) -> Beaconing:
-    """The rule of a scenario, for a vehicle."""
+    """Return the rule of a scenario for a vehicle."""
     if scenario.beacons.rule == "etsi-cam":
         own = Motion(_MOST_NS)
         error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)

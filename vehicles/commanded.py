@@ -1,4 +1,4 @@
-"""What a vehicle expects of its own acceleration, from its commands and from its actuator."""
+"""The acceleration that a vehicle expects of itself, from its commands and its actuator."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class Commanded(Motion):
         self.learn(effective_ns, effective_ns, acceleration, (), ())
 
     def restart(self, time_ns: int, acceleration: float) -> None:
-        """Know that the vehicle does something else: the next command counts all the same."""
+        """Ignore that the vehicle does something else: the next command counts all the same."""
 
 
 class LaggedCommands:
-    """Commands that an actuator follows as a first-order lag (`world.actuators`).
+    """Commands that an actuator follows with a first-order lag (`world.actuators`).
 
-    Ask in order of time: what is before the last `steps_from` or `restart` is forgotten.
+    Queries must be in order of time: `steps_from` and `restart` forget everything before.
     """
 
     def __init__(self, lag_s: float) -> None:
@@ -52,19 +52,19 @@ class LaggedCommands:
         self._command.append(acceleration)
 
     def restart(self, time_ns: int, acceleration: float) -> None:
-        """Know what the acceleration is at an instant, m/s²."""
+        """Set the acceleration at an instant, m/s²."""
         self._start_ns, self._start = time_ns, acceleration
         while len(self._from_ns) > 1 and self._from_ns[1] <= time_ns:
             del self._from_ns[0], self._command[0]
 
     def mean(self, t0_ns: int, t1_ns: int) -> float:
-        """Mean acceleration from t0 to t1, m/s²."""
+        """Return the mean acceleration from t0 to t1, m/s²."""
         at_t0, _ = self._over(self._start_ns, t0_ns, self._start)
         _, dv = self._over(t0_ns, t1_ns, at_t0)
         return dv / ((t1_ns - t0_ns) * NS)
 
     def steps_from(self, time_ns: int) -> tuple[list[int], list[float]]:
-        """Mean accelerations from `time_ns` on, as steps: times (ns), values (m/s²)."""
+        """Return mean accelerations from `time_ns` on, as steps: times (ns), values (m/s²)."""
         a, _ = self._over(self._start_ns, time_ns, self._start)
         self.restart(time_ns, a)
         times = [time_ns, *(t for t in self._from_ns if t > time_ns)]
@@ -77,7 +77,7 @@ class LaggedCommands:
         return times, [*values, self._command[-1]]
 
     def _over(self, t0_ns: int, t1_ns: int, a: float) -> tuple[float, float]:
-        """Acceleration at t1 (m/s²) and change of speed (m/s) from t0 on, where it was `a`."""
+        """Return acceleration at t1 (m/s²) and change of speed (m/s) since t0, when it was `a`."""
         dv, now_ns, last = 0.0, t0_ns, len(self._from_ns) - 1
         for at, command in enumerate(self._command):
             until_ns = t1_ns if at == last else min(self._from_ns[at + 1], t1_ns)
@@ -92,5 +92,5 @@ class LaggedCommands:
 
 
 def commanded(lag_s: float, keep_ns: int) -> Commanded | LaggedCommands:
-    """Return what a vehicle expects of itself; lag_s: time constant of its actuator, 0: none."""
+    """Return the expected motion of a vehicle; lag_s: time constant of its actuator, s; 0: none."""
     return LaggedCommands(lag_s) if lag_s else Commanded(keep_ns)

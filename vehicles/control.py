@@ -1,4 +1,4 @@
-"""The controllers of a vehicle: which law it runs from when on, with which parameters."""
+"""The controllers of a vehicle: the laws that it runs over time, with their parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From what a vehicle knows to an acceleration and the mode behind it."""
+"""Decides an acceleration, and the mode behind it, from what a vehicle knows."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FOLLOWING: Final = law_of("FM").acceleration
 
 
 class Position(Enum):
-    """Where a vehicle stands in the fleet; on the ring everyone is in the middle."""
+    """The place of a vehicle in the fleet; on a ring every vehicle is in the middle."""
 
     FIRST = auto()
     MIDDLE = auto()
@@ -40,13 +40,13 @@ class Position(Enum):
 
 
 class View(NamedTuple):
-    """What there is to decide on; None (or nothing) where it is missing or too old.
+    """The data to decide on; None (or empty) if they are missing or too old.
 
-    radar: the own one's reading; ahead, behind: states of both links, by radar or by positions;
-    speed: the own one, m/s. sides: the states to the j-th vehicle ahead and behind, j = 1..m, as
-    far as the chain reaches on both sides. predecessor, leader: what the vehicle ahead and the
-    leader of the platoon report of themselves. acceleration: the own one, m/s². length_m: of every
-    vehicle, m.
+    radar: the reading of the own radar. ahead, behind: states of both links, by radar or by
+    positions. speed: own speed, m/s. sides: the states to the j-th vehicle ahead and behind,
+    j = 1..m, as far as the chain reaches on both sides. predecessor, leader: what the vehicle ahead
+    and the leader of the platoon report about themselves. acceleration: own acceleration, m/s².
+    length_m: length of every vehicle, m.
     """
 
     radar: Relative | None
@@ -61,7 +61,7 @@ class View(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """States of both links and own speed (m/s) at the instant the command takes effect."""
+    """States of both links and own speed (m/s) when the command takes effect."""
 
     ahead: Relative | None
     behind: Relative | None
@@ -69,10 +69,10 @@ class Predicted(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """What a vehicle is to reach, and within which accelerations (m/s²).
+    """The setpoint of a vehicle, and its limits of acceleration (m/s²).
 
-    cruise: how fast (m/s²) the desired speed of one who has nobody ahead changes; None: it keeps
-    its speed.
+    cruise: the rate (m/s²) at which the desired speed changes, for a vehicle with nobody ahead;
+    None: it keeps its speed.
     """
 
     setpoint: Setpoint
@@ -82,9 +82,9 @@ class Aim(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A law with its parameters, and the number that stands for it in the log.
+    """A law with its parameters, and its number in the log.
 
-    limit_s: wall time that a decision may take; None for a law of the library.
+    limit_s: the wall time that a decision may take; None for a law of the library.
     """
 
     law: Law
@@ -94,10 +94,10 @@ class Controller:
 
 
 class Decision(NamedTuple):
-    """Acceleration (m/s²), within the limits, and the mode behind it.
+    """An acceleration (m/s²), within the limits, and the mode behind it.
 
-    neighbours: how many vehicles on each side counted (0: the law looks at none). logged, state:
-    what the law returned beside the acceleration.
+    neighbours: how many vehicles on each side counted (0: the law uses none). logged, state: what
+    the law returned besides the acceleration.
     """
 
     acceleration: float
@@ -117,12 +117,12 @@ def decide(
     period_s: float = 0.0,
     uniform: Callable[[int], float] = lambda _: 0.0,
 ) -> Decision:
-    """Acceleration for a vehicle under a controller. Raises LawError.
+    """Return the decision of a vehicle under a controller; raises LawError.
 
-    Where what the law needs of others is missing, the vehicle falls back to FM on its own radar.
-    The ends of the open road follow paper Eq. 5: the first keeps its speed unless the schedule
-    gives it one, the last has nobody behind and follows. `state` is what the law's last decision
-    left, None where it takes over.
+    If data that the law needs from others are missing, the vehicle falls back to FM on its own
+    radar. The ends of an open road follow paper Eq. 5: the first vehicle keeps its speed unless the
+    schedule gives it one, and the last vehicle, which has nobody behind, runs FM. `state` is the
+    state that the law returned last, or None if it has just taken over.
     """
     law = controller.law
     seen = predicted if predicted is not None and law.needs.prediction else read
@@ -153,21 +153,25 @@ def decide(
 
 
 def limited(a: Number, lowest: Number, highest: Number) -> Number:
-    """Return the acceleration that a vehicle may command, m/s²: floats or arrays."""
+    """Return the acceleration within the limits, m/s²; floats or arrays."""
     return larger(lowest, smaller(highest, a))
 
 
 def cruising(v: float, aim: Aim) -> float:
-    """Acceleration of a vehicle with nobody ahead, m/s².
+    """Return the acceleration of a vehicle with nobody ahead, m/s².
 
-    0, as the paper's Eq. 5 has it; or, once it has been given a desired speed, what is left of
-    FM, with the rate of that speed fed forward, so that a ramp is followed whatever k_c is.
+    It is 0, as in the paper's Eq. 5, until the schedule gives the vehicle a desired speed. From
+    then on it is the last term of FM, plus the rate of the desired speed as a feedforward, so that
+    the vehicle follows a ramp for any k_c.
     """
     return 0.0 if aim.cruise is None else driven(v, aim.setpoint, aim.cruise)
 
 
 def driven(v: Number, setpoint: Setpoint, cruise: Number) -> Number:
-    """Acceleration towards the desired speed, which changes by `cruise`, m/s²: floats or arrays."""
+    """Return the acceleration towards a desired speed that changes at the rate `cruise`, m/s².
+
+    It takes floats or arrays.
+    """
     return cruise + setpoint.k_c * (setpoint.v_des - v)
 
 
@@ -179,7 +183,7 @@ def _follow(ahead: Relative, speed: float, aim: Aim, mode: int) -> Decision:
 def _observed(
     law: Law, position: Position, read: View, seen: View | Predicted, setpoint: Setpoint
 ) -> Observation | None:
-    """What the law is given to decide on; None where something that it needs is missing."""
+    """Return the observation for a law; None if something that it needs is missing."""
     needs = law.needs
     if seen.ahead is None or (position is Position.LAST and law.two_sided()):
         return None
@@ -206,12 +210,12 @@ def _with_reports(observation: Observation, needs: Needs, read: View) -> Observa
 
 
 def applied(controller: Controller, observation: Observation) -> Output:
-    """Return what the law returns, checked. Raises LawError."""
+    """Return the checked output of the law; raises LawError."""
     law = controller.law
     try:
         with time_limit(controller.limit_s):
             returned = law.acceleration(observation, controller.parameters)
-    except BaseException as error:  # whatever it raises is its own, also sys.exit
+    except BaseException as error:  # the law may raise anything, even by sys.exit
         raise raised(f"law {law.name}", law.acceleration, error) from error
     output = returned if isinstance(returned, Output) else Output(returned)
     try:

@@ -2,8 +2,8 @@
 
 The models are those of the paper, Eq. 4 to 14: x = [p, v], F = [[1, T], [0, 1]],
 B = [T²/2, T], H = I, with the relative acceleration that acted as input. The own speed has the
-same model without its first row. filterpy computes covariances and gains (`gains.py`); with a
-gain, the state is a handful of products, for which arrays would cost ten times as much.
+same model without its first row. filterpy computes covariances and gains (`gains.py`). Given the
+gain, the state takes a handful of products, for which arrays would take ten times as long.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from zenvoy.vehicles.gains import Covariance, gain_schedule
 from zenvoy.vehicles.linear import Array
 from zenvoy.vehicles.steps import Number
 
-# R follows the size of what is read in steps of this ratio, so that the gain can settle between.
+# R follows the size of readings in steps of this ratio, so that the gain can settle in between.
 _RESCALE: Final = 1.25
 
 LEAST_SIZE: Final = 0.1
-"""A reading counts as at least of this size, m or m/s: near 0 its error is never 0."""
+"""A reading counts as at least this large, m or m/s, because its error is never 0."""
 
 
 def advanced(p: Number, v: Number, a: Number, period_s: float) -> tuple[Number, Number]:
@@ -38,10 +38,10 @@ def corrected(
 
 
 class ReadingError:
-    """Variance of readings that are wrong by a share of what they read.
+    """The variance of readings whose error is a share of their size.
 
-    `nominal` is a usual reading; the variance is exact for it as long as no other size came.
-    `floor`: the standard deviation is at least this, whatever is read.
+    `nominal` is a usual reading; the variance is exact for it until a reading of another size
+    arrives. `floor` is the least standard deviation of any reading.
     """
 
     __slots__ = ("_floor", "_high", "_low", "_nominal", "_share", "_variance")
@@ -53,21 +53,21 @@ class ReadingError:
         self._low = self._high = self._variance = 0.0
 
     def variance(self, value: float) -> float:
-        """Variance of a reading of about `value`, exact to within a factor of _RESCALE²."""
+        """Return the variance of a reading of about `value`, to within a factor of _RESCALE²."""
         size = max(abs(value), LEAST_SIZE)
         if not self._low <= size <= self._high:
             self._low, self._high, self._variance = self.around(size)
         return self._variance
 
     def around(self, size: float) -> tuple[float, float, float]:
-        """Return for which sizes a variance serves that suits `size`, and that variance."""
+        """Return the range of sizes that share a variance with `size`, and that variance."""
         steps = round(math.log(size / self._nominal, _RESCALE))
         used = self._nominal * _RESCALE**steps
         return used / _RESCALE, used * _RESCALE, max(self._share * used, self._floor) ** 2
 
 
 class Filter:
-    """State of one model with period_s (s) and acceleration_std (σ_a, m/s²)."""
+    """The state of one model with period_s (s) and acceleration_std (σ_a, m/s²)."""
 
     def __init__(self, period_s: float, acceleration_std: float) -> None:
         self._period_s = period_s
@@ -79,33 +79,33 @@ class Filter:
 
     @property
     def P(self) -> Array:
-        """Covariance of the state, (n, n); raises ValueError before the first measurement."""
+        """The covariance of the state, (n, n); raises ValueError before the first measurement."""
         if self._covariance is None:
             raise ValueError("no measurement yet")
         return self._covariance.P
 
     @property
     def std(self) -> tuple[float, ...]:
-        """Standard deviation of each entry of the state, m and m/s."""
+        """The standard deviation of each entry of the state, m and m/s."""
         return self._covariance.std if self._covariance is not None else ()
 
     def reset(self) -> None:
-        """Forget the state; the next measurement starts anew."""
+        """Forget the state; the next measurement starts the filter anew."""
         self.x, self._covariance = (), None
 
     def step(
         self, inputs: Sequence[float], z: tuple[float, ...], variances: tuple[float, ...]
     ) -> None:
-        """Predict one period for each input, then take in the measurement z (n,).
+        """Predict one period for each input, then update with the measurement z (n,).
 
         `inputs`: the (relative) acceleration (m/s²) that acted in each period since the last
-        measurement; more than one where measurements were missed: the covariance grows with each.
-        `variances`: the diagonal of R. The first measurement sets x = z, P = R.
+        measurement. There are several if measurements were missed, and the covariance grows with
+        each. `variances`: the diagonal of R. The first measurement sets x = z, P = R.
         """
         if variances != self._variances:
             self._variances = variances
             self._schedule = gain_schedule(self._period_s, self._acceleration_std, variances)
-            if self._covariance is not None:  # as good as before, but on another graph
+            if self._covariance is not None:  # the same covariance, but on another graph
                 self._covariance = Covariance(self._covariance.P, self._covariance.K)
         if self._covariance is None:
             self.x, self._covariance = z, self._schedule.first

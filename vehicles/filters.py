@@ -1,4 +1,4 @@
-"""The filter that a scenario chooses (`estimator.kind`): one interface, several computations."""
+"""The filter that a scenario chooses (`estimator.kind`): one interface, several filters."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ _BUILTIN: Final = {one.name: one for one in (EXTENDED, UNSCENTED)}
 
 
 class StateFilter(Protocol):
-    """State of a link, x = [p, v], or of the own speed, x = [v]; m and m/s."""
+    """The filtered state of a link, x = [p, v], or of the own speed, x = [v]; m and m/s."""
 
     x: tuple[float, ...]
     """Empty before the first measurement."""
 
     @property
     def P(self) -> Array:
-        """Covariance (n, n); raises ValueError before the first measurement."""
+        """The covariance (n, n); raises ValueError before the first measurement."""
 
     @property
     def std(self) -> tuple[float, ...]:
-        """Standard deviation of each entry of the state."""
+        """The standard deviation of each entry of the state."""
 
     def reset(self) -> None:
-        """Forget the state; the next measurement starts anew."""
+        """Forget the state; the next measurement starts the filter anew."""
 
     def step(
         self, inputs: Sequence[float], z: tuple[float, ...], variances: tuple[float, ...]
     ) -> None:
-        """Predict one period for each input (m/s²), then take in z (n,) with R's diagonal."""
+        """Predict one period for each input (m/s²), then update with z (n,) and R's diagonal."""
 
 
 def state_filter(settings: Estimator, period_ns: int, limit_s: float | None = None) -> StateFilter:
     """Return a new filter with these settings and the period of the control cycle.
 
-    limit_s: wall time that a step of an estimator of the user's own may take.
+    limit_s: the wall time that a step of a user's own estimator may take.
     """
     period_s, acceleration_std = period_ns * 1e-9, settings.acceleration_std_mps2
     if settings.kind == "kalman":

@@ -1,12 +1,12 @@
 """Kalman gains, computed by filterpy, each only once.
 
-With F, Q, R given, covariance and gain depend on which periods brought a measurement, never on
-what was measured. So filters of the same model walk the same graph of covariances, vehicle by
-vehicle and link by link, and in a steady flow of measurements it ends in a point that leads to
-itself: filterpy's steady state.
+Given F, Q and R, covariance and gain depend on which periods had a measurement, never on the
+measured values. So all filters of a model, for any vehicle and link, walk the same graph of
+covariances. In a steady flow of measurements the walk ends in a point that leads to itself:
+filterpy's steady state.
 
-filterpy is given arrays of Python's floats (dtype object). Products of numpy's own go through BLAS,
-which takes other kernels on other processors, and gains would differ in their last bits.
+filterpy gets arrays of Python's floats (dtype object). numpy's own products go through BLAS, which
+uses different kernels on different processors, and gains would differ in their last bits.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Objects = NDArray[np.object_]
 SETTLED: Final = 1e-13
 """The gain counts as settled when a step changes no entry of P by more than this share of P."""
 
-# Losses make ever new histories; past this many points they are computed but not kept.
+# Losses keep making new histories; after this many points they are computed but not kept.
 _KEEP: Final = 4_096
 
 
@@ -57,7 +57,7 @@ class GainSchedule:
         self.first = Covariance(np.diag(variances), np.eye(size).tolist())
 
     def step(self, before: Covariance, periods: int) -> Covariance:
-        """Covariance after `periods` predictions and an update."""
+        """Return the covariance after `periods` predictions and an update."""
         known = before.after.get(periods)
         if known is not None:
             return known
@@ -95,7 +95,7 @@ def kalman_filter(period_s: float, acceleration_std: float, size: int) -> Kalman
 
 
 def inverse(S: Objects) -> Objects:
-    """S⁻¹ of a matrix (1, 1) or (2, 2) of floats or arrays; LinAlgError where it has none."""
+    """Return S⁻¹ of a matrix (1, 1) or (2, 2) of floats or arrays; raises LinAlgError."""
     if S.shape == (1, 1):
         determinant, adjugate = S[0, 0], [[1.0]]
     else:
@@ -120,15 +120,15 @@ def objects(rows: Sequence[Sequence[Number]]) -> Objects:
 def gain_schedule(
     period_s: float, acceleration_std: float, variances: tuple[float, ...]
 ) -> GainSchedule:
-    """The schedule of a model, shared by all filters of this process."""
+    """Return the schedule of a model, shared by all filters of this process."""
     return GainSchedule(period_s, acceleration_std, variances)
 
 
 def settle(schedule: GainSchedule) -> int:
-    """Walk a schedule to its settled point; returns the number of steps. Worth doing before a fork.
+    """Walk a schedule to its settled point, and return the number of steps.
 
-    Children then share what all of them would compute, as long as every period brings a
-    measurement.
+    It is worth doing before a fork: children then share what each of them would compute, as long as
+    every period has a measurement.
     """
     point, steps = schedule.first, 0
     while steps < _KEEP and (after := schedule.step(point, 1)) is not point:

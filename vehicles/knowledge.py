@@ -1,4 +1,4 @@
-"""What a vehicle knows: its readings, the beacons of others, and the estimates made of both."""
+"""What a vehicle knows: its readings, the beacons of others, and estimates from both."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ CONTRADICTS: Final = 0.1
 
 
 class Knowledge:
-    """Fed in order: `sense` at t_k, `take_in` at t_k + v2v_wait, `command` when it is decided.
+    """The knowledge of a vehicle.
 
-    `estimates`: whether to run the filters, which only PBCM needs. lag_s: time constant of the
-    vehicle's actuator, s; 0: none.
+    In each cycle call `sense` at t_k, `take_in` at t_k + v2v_wait, then `command` with the
+    decision. `estimates`: whether to run the filters, which only laws with prediction need. lag_s:
+    time constant of the vehicle's actuator, s; 0: none.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class Knowledge:
         self.radio = Radio(neighbours, scenario.beacon_age_limit_ns)
         self._sense = pb.Sense()
         self.radar: Relative | None = None
-        self._past: dict[int, pb.Sense] = {}  # own readings by time, where positions are compared
+        self._past: dict[int, pb.Sense] = {}  # own readings by time, to compare positions with
         self._length_m = scenario.fleet.length_m
         self.newest_command = 0.0
         """The newest command, or the reading where it contradicts the commands, m/s²."""
@@ -79,14 +80,14 @@ class Knowledge:
 
     @property
     def age_ns(self) -> int:
-        """Age at t_k of the newest beacon of the vehicle behind; -1 where there is none yet."""
+        """The age at t_k of the newest beacon of the vehicle behind, ns; -1 if there is none."""
         return self.radio.age_ns(self._behind_id)
 
     def sense(self, sense: pb.Sense) -> tuple[list[int], list[float]]:
-        """Take in the own readings; returns the accelerations expected of oneself from t_k on.
+        """Take in the own readings, and return the accelerations expected from t_k on.
 
-        Times (ns) and values (m/s²): the commands, or the acceleration that was read where it
-        contradicts them (a driver's foot on the brake, a vehicle that stands).
+        These are times (ns) and values (m/s²): the commands, or the acceleration that was read if
+        it contradicts them (a driver brakes, or the vehicle stands).
         """
         self._sense, self.radar = sense, radar_in(sense)
         time_ns = sense.time_ns
@@ -106,7 +107,7 @@ class Knowledge:
         return plan
 
     def take_in(self, received: Sequence[pb.Receive]) -> None:
-        """Take in the frames that have arrived, then bring the estimates to t_k."""
+        """Take in the frames that have arrived, then update the estimates to t_k."""
         sense = self._sense
         time_ns, speed = sense.time_ns, sense.speed
         for beacon in self.radio.take_in(received, time_ns):
@@ -127,12 +128,12 @@ class Knowledge:
             self.speed.measure(time_ns, speed)
 
     def command(self, effective_ns: int, acceleration: float) -> None:
-        """Remember a command on its way."""
+        """Remember a command that takes effect later."""
         self._commanded.command(effective_ns, acceleration)
         self.newest_command = acceleration
 
     def read(self, now_ns: int) -> View:
-        """The newest readings, as they are; what is older than the age limit is missing."""
+        """Return the newest readings; those older than the age limit are missing."""
         radar = self.radar
         if self._by_position:
             ahead, behind = self._positions(now_ns)
@@ -157,7 +158,7 @@ class Knowledge:
         return self.radio.motion_of(other, self._sense.position - seam_m, commands=commands)
 
     def sides(self, now_ns: int) -> tuple[tuple[Relative, Relative], ...]:
-        """States to the j-th vehicle ahead and behind, j = 1..m, as far as both are known."""
+        """Return the states to the j-th vehicle ahead and behind, as far as both are known."""
         if self._by_position:
             ahead, behind = self._positions(now_ns)
         else:
@@ -165,7 +166,7 @@ class Knowledge:
         return tuple(zip(ahead, behind, strict=False))
 
     def predict(self, until_ns: int) -> Predicted:
-        """The estimates, predicted to `until_ns`. Needs `estimates`."""
+        """Return the estimates, predicted to `until_ns`; only with `estimates`."""
         _, change = self._own.over(self._sense.time_ns, until_ns)
         return Predicted(
             ahead=self.link_ahead.predict(until_ns),
@@ -174,13 +175,16 @@ class Knowledge:
         )
 
     def _positions(self, now_ns: int) -> tuple[list[Relative], list[Relative]]:
-        """Own position now against the others' last reported ones, as naive receivers do."""
+        """Return states from the own position now and the last reported ones, as if these were new.
+
+        The lists have the vehicles ahead and behind.
+        """
         sense = self._sense
         here = sense.position + sense.speed * (now_ns - sense.time_ns) * 1e-9
         return self.radio.positions(here, sense.speed)
 
     def _gap_then(self, beacon: ReceivedBeacon, *, ahead: bool) -> Relative | None:
-        """State of a link at the time of the neighbour's beacon, by both positions then."""
+        """Return the state of a link at the time of a beacon, from both positions at that time."""
         own = self._past.get(beacon.time_ns)
         if own is None:
             return None
@@ -208,7 +212,7 @@ class Knowledge:
 def prepare(scenario: Scenario) -> None:
     """Compute the gains of a steady flow, for the processes that are forked from this one."""
     if scenario.estimator.kind != "kalman":
-        return  # nothing of the others is shared
+        return  # other filters share nothing
     error_std, control = scenario.sensors.error_std, scenario.control
     gap_error, speed_error = link_errors(scenario)
     own = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
@@ -220,7 +224,7 @@ def prepare(scenario: Scenario) -> None:
 
 
 def link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
-    """Errors of a link's gap and of its relative speed, as a vehicle reads or receives them."""
+    """Return the errors of gap and relative speed of a link, as read or received by a vehicle."""
     sensors, control = scenario.sensors, scenario.control
     if control.neighbour_state == "position":  # differences of two readings each
         both = math.sqrt(2.0)

@@ -11,7 +11,7 @@ from zenvoy.vehicles.agent import Vehicle
 
 
 class LockStepVehicle:
-    """Sends a beacon when its sense is there, and a command when its frames are."""
+    """Sends a beacon when its sense has arrived, and a command when its frames have."""
 
     role = "vehicle"
 
@@ -27,7 +27,7 @@ class LockStepVehicle:
 
     @property
     def barrier(self) -> Barrier | None:
-        """Sense of the cycle, then receive of the cycle; None after the last cycle."""
+        """The sense of the cycle, then the receive of the cycle; None after the last cycle."""
         if self._cycle == self._cycles:
             return None
         start_ns = self._cycle * self._period_ns
@@ -36,14 +36,18 @@ class LockStepVehicle:
         return Barrier(start_ns + self._wait_ns, self._cycle, self._needs_receive)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """Senses and receives are its own and of their time; the beacons that count make sense."""
+        """Return why a message is refused, or None.
+
+        Senses and receives must be for this vehicle and on time, and the beacons that count must
+        make sense.
+        """
         if topic is SENSE:
             return self._core.fault_in_sense(message)
         start_ns = message.cycle * self._period_ns
         return self._core.fault_in_receive(message, start_ns + self._wait_ns, start_ns)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Beacon on a sense, command on a receive. Raises LawError."""
+        """Return a beacon for a sense, and a command for a receive; raises LawError."""
         if self._senses:
             self._senses = False
             return [self._core.sense(inbox.one(SENSE))]

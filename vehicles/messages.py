@@ -1,4 +1,4 @@
-"""What a vehicle sends, as bytes: its beacon and its command, each field given by name."""
+"""Encodes the messages of a vehicle, its beacon and its command, with each field by name."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NOT_ESTIMATED: Final = Relative(nan, nan)
 
 
 def silence(sense: pb.Sense) -> bytes:
-    """Beacon that says that nothing goes on the air in the cycle of a sense."""
+    """Return a beacon that says that nothing goes on the air in the cycle of a sense."""
     beacon = pb.Beacon(cycle=sense.cycle, time_ns=sense.time_ns, vehicle=sense.vehicle, silent=True)
     return beacon.SerializeToString()
 
@@ -38,12 +38,12 @@ def silence(sense: pb.Sense) -> bytes:
 def beacon(
     sense: pb.Sense, radar: Relative | None, sequence: int, plan: tuple[list[int], list[float]]
 ) -> bytes:
-    """Beacon with the readings of a sense, and the accelerations that the vehicle expects.
+    """Return a beacon with the readings of a sense and the accelerations that the vehicle expects.
 
-    radar: what the sense reads of the vehicle ahead; None for the first. plan: instants (ns), and
-    the acceleration from each of them on (m/s²).
+    radar: the radar reading in the sense; None for the first vehicle. plan: times (ns), and the
+    acceleration from each of them on (m/s²).
     """
-    # The fields stand twice: passed on as a mapping, they would cost half as much again.
+    # The fields are written twice, because passing them as a mapping takes half as long again.
     if radar is None:
         head = _BEACON_OF_FIRST.encode(
             cycle=sense.cycle,
@@ -76,7 +76,7 @@ def reported(command_mps2: float) -> bytes:
 
 
 class Instants(NamedTuple):
-    """The cycle of a command, when it is decided and when it takes effect (ns)."""
+    """The cycle of a command, when it is decided, and when it takes effect (ns)."""
 
     cycle: int
     decided_ns: int
@@ -91,9 +91,10 @@ def command(
     predicted: Predicted | None,
     counts_neighbours: bool,
 ) -> bytes:
-    """Command of a vehicle, with what it knew. predicted: None where it estimates nothing.
+    """Return the command of a vehicle, with what it knew.
 
-    counts_neighbours: whether to say how many of them counted.
+    predicted: None if it estimates nothing. counts_neighbours: whether to report how many
+    neighbours counted.
     """
     ahead = _link(known.link_ahead, predicted.ahead if predicted else None)
     behind = _link(known.link_behind, predicted.behind if predicted else None)
@@ -129,7 +130,7 @@ def command(
 
 
 class _Link(NamedTuple):
-    """What a command says of a link; NaN where nothing is estimated."""
+    """What a command reports about a link; NaN if nothing is estimated."""
 
     estimate: Relative
     gap_std: float

@@ -1,4 +1,4 @@
-"""What is known and expected of one vehicle's acceleration, as a step function of time."""
+"""The known and expected acceleration of a vehicle, as a step function of time."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from zenvoy.vehicles.steps import NS, over, spans, steady
 
 
 class Motion:
-    """Acceleration (m/s²) by time (ns): readings for the past, plans for the future.
+    """Acceleration (m/s²) over time (ns): readings for the past, plans for the future.
 
-    Constant between its steps; before the first step it is the first value, after the last one
-    the last. Where nothing is known it is 0.
+    It is constant between steps. Before the first step it has the first value, and after the last
+    step the last one. If nothing is known, it is 0.
     """
 
     __slots__ = ("_from_ns", "_keep_ns", "_read_from_ns", "_read_to_ns", "_reading", "_value")
@@ -32,10 +32,10 @@ class Motion:
         plan_from_ns: Sequence[int],
         plan: Sequence[float],
     ) -> None:
-        """Take a mean over [start, end] as read, and a plan from end_ns on.
+        """Take in a mean that was read over [start, end], and a plan from end_ns on.
 
-        The plan's first entry is what is in force at end_ns. What was thought of times after
-        start_ns is forgotten, so readings must come in order of time.
+        The first entry of the plan is in force at end_ns. Everything after start_ns that was known
+        before is forgotten, so readings must arrive in order of time.
         """
         times, values = self._from_ns, self._value
         known = len(times)
@@ -53,19 +53,19 @@ class Motion:
         self._read_from_ns, self._read_to_ns, self._reading = start_ns, end_ns, reading
 
     def forget(self) -> None:
-        """Know nothing any more."""
+        """Forget everything."""
         self._from_ns.clear()
         self._value.clear()
         self._read_from_ns = self._read_to_ns = 0
 
     def mean(self, t0_ns: int, t1_ns: int) -> float:
-        """Mean acceleration from t0 to t1, m/s²."""
+        """Return the mean acceleration from t0 to t1, m/s²."""
         if t0_ns == self._read_from_ns and t1_ns == self._read_to_ns:
             return self._reading
         return self.over(t0_ns, t1_ns)[1] / ((t1_ns - t0_ns) * NS)
 
     def over(self, t0_ns: int, t1_ns: int) -> tuple[float, float]:
-        """Displacement beyond uniform motion (m) and change of speed (m/s) from t0 to t1."""
+        """Return displacement beyond uniform motion (m) and change of speed (m/s), t0 to t1."""
         times, values = self._from_ns, self._value
         if not times:
             return 0.0, 0.0
@@ -74,7 +74,7 @@ class Motion:
         return over(spans(times, t0_ns, t1_ns), values)
 
     def steps_from(self, time_ns: int) -> tuple[list[int], list[float]]:
-        """The step in force at `time_ns`, as from then, and those to come: times, values."""
+        """Return times and values of the step in force at `time_ns` and of all later steps."""
         times, values = self._from_ns, self._value
         if not times:
             return [time_ns], [0.0]

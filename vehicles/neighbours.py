@@ -1,4 +1,4 @@
-"""Who counts for a vehicle, by the order in which they drive."""
+"""The neighbours that a vehicle uses, by the order in which vehicles drive."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Neighbours:
 
     @property
     def everyone(self) -> frozenset[int]:
-        """All whose beacons are worth reading."""
+        """All vehicles whose beacons are used."""
         return frozenset({*self.ahead, *self.behind, self.leader} - {0})
 
 
 def neighbours(scenario: Scenario, vehicle: int, controllers: Iterable[Controller]) -> Neighbours:
-    """Return those of `vehicle`, as many as the controllers it ever has look at."""
+    """Return the neighbours of `vehicle` that any of its controllers uses."""
     each = tuple(controllers)
     size, length_m = scenario.fleet.size, scenario.ring_length_m
     m = max(1, *(one.law.sides(one.parameters) for one in each))

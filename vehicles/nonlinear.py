@@ -1,8 +1,8 @@
 """The same estimates by filterpy's extended and unscented Kalman filters, for comparison.
 
-Both are made for motions and readings that are not linear. Those of a link are, so both must find
-what the plain filter finds, and what they cost more buys nothing: the paper's reason not to use
-them. Here f(x) = F x + B a and h(x) = x; the EKF's Jacobians are F and I wherever it looks.
+Both filters are for nonlinear motions and readings. Those of a link are linear, so both must give
+the same results as the plain filter, at a higher cost: the paper's reason not to use them. Here
+f(x) = F x + B a and h(x) = x, so the Jacobians of the EKF are F and I everywhere.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ class Extended:
 class Unscented:
     """filterpy's UnscentedKalmanFilter on Van der Merwe's sigma points.
 
-    α = 1 and κ = 3 - n put them √3 standard deviations from the mean, with no negative weights;
-    β = 2 is the one for Gaussian errors.
+    α = 1 and κ = 3 - n put them √3 standard deviations from the mean, without negative weights;
+    β = 2 is the value for Gaussian errors.
     """
 
     def __init__(
@@ -77,11 +77,11 @@ class Unscented:
         for a in inputs:
             kalman.predict(a=a)
         before = kalman.P
-        if not inputs:  # a prediction leaves them where it ends
+        if not inputs:  # otherwise the last prediction has set them
             kalman.sigmas_f = self._points.sigma_points(kalman.x, before)
         kalman.update(z, R=R)
-        # filterpy subtracts K S Kᵀ, of which nothing true is left where the reading is far better
-        # than the prediction. With h(x) = x, Joseph's form is the same, and stays positive.
+        # filterpy subtracts K S Kᵀ, which rounding spoils if the reading is far better than the
+        # prediction. With h(x) = x, Joseph's form gives the same, and stays positive.
         kept = self._identity - kalman.K
         kalman.P = kept @ before @ kept.T + kalman.K @ R @ kalman.K.T
         return kalman.x, kalman.P
@@ -92,10 +92,10 @@ UNSCENTED: Final = Estimator(name="ukf", start=Unscented)
 
 
 class TrackingFilter:
-    """As `estimator.Filter`, by the tracker of an estimator, with every gain computed anew.
+    """A filter like `estimator.Filter`, but with an estimator's tracker, which computes each gain.
 
-    limit_s: wall time that a step may take; None for an estimator of Zenvoy's own. Raises LawError
-    where the estimator raises, takes longer, or returns what is no state.
+    limit_s: the wall time that a step may take; None for an estimator that comes with Zenvoy.
+    Raises LawError if the estimator raises, takes longer, or returns something that is not a state.
     """
 
     def __init__(
@@ -115,26 +115,26 @@ class TrackingFilter:
 
     @property
     def P(self) -> Array:
-        """Covariance of the state, (n, n); raises ValueError before the first measurement."""
+        """The covariance of the state, (n, n); raises ValueError before the first measurement."""
         if self._covariance is None:
             raise ValueError("no measurement yet")
         return self._covariance
 
     @property
     def std(self) -> tuple[float, ...]:
-        """Standard deviation of each entry of the state, m and m/s."""
+        """The standard deviation of each entry of the state, m and m/s."""
         if self._covariance is None:
             return ()
         return tuple(math.sqrt(variance) for variance in self._covariance.diagonal().tolist())
 
     def reset(self) -> None:
-        """Forget the state; the next measurement starts anew."""
+        """Forget the state; the next measurement starts the filter anew."""
         self.x, self._tracker, self._covariance = (), None, None
 
     def step(
         self, inputs: Sequence[float], z: tuple[float, ...], variances: tuple[float, ...]
     ) -> None:
-        """Predict one period for each input, then take in the measurement, as `Filter.step`."""
+        """Predict one period for each input, then update with z, as `Filter.step` does."""
         reading, error = np.array(z), np.diag(variances)
         estimator = self._estimator
         try:
@@ -146,14 +146,14 @@ class TrackingFilter:
                 else:
                     found = self._tracker.step(inputs, reading, error)
                     state, covariance = _checked(*found, len(z))
-        except BaseException as failure:  # whatever it raises is its own
+        except BaseException as failure:  # the estimator may raise anything
             raise raised(f"estimator {estimator.name}", estimator.start, failure) from failure
         self._covariance = covariance
         self.x = tuple(state.tolist())
 
 
 def _checked(state: Array, covariance: Array, size: int) -> Moments:
-    """Both as they are; raises ValueError where they are no state and its covariance."""
+    """Return both unchanged; raises ValueError if they are not a state and its covariance."""
     if state.shape != (size,) or covariance.shape != (size, size):
         raise ValueError(f"returned a state {state.shape} and a covariance {covariance.shape}")
     if not (np.isfinite(state).all() and (covariance.diagonal() >= 0.0).all()):
@@ -162,9 +162,9 @@ def _checked(state: Array, covariance: Array, size: int) -> Moments:
 
 
 def upper_root(P: Array) -> Array:
-    """U, upper triangular, with Uᵀ U = P (Cholesky), for P (1, 1) or (2, 2) with P[0, 0] > 0.
+    """Return upper triangular U with Uᵀ U = P (Cholesky), for P (1, 1) or (2, 2), P[0, 0] > 0.
 
-    What rounding has left singular has a root too, where LAPACK's gives up.
+    A matrix that rounding has made singular has a root, too; LAPACK would fail.
     """
     if len(P) == 1:
         return np.sqrt(P)
@@ -174,10 +174,10 @@ def upper_root(P: Array) -> Array:
 
 
 def _reading(x: Array) -> Array:
-    """h(x)."""
+    """Return h(x)."""
     return x
 
 
 def _slope(x: Array) -> Array:
-    """Jacobian of h at x."""
+    """Return the Jacobian of h at x."""
     return np.eye(len(x))

@@ -23,9 +23,10 @@ def run_vehicle(
     wiring: Wiring,
     on_joined: Callable[[zenoh.Session], None] = lambda _: None,
 ) -> None:
-    """Drive one vehicle to the end of the run, in real time until asked to end; raises BusError.
+    """Drive one vehicle to the end of the run; in real time, until it is asked to end.
 
-    `on_joined` is called once the others know of the vehicle, before its first cycle.
+    `on_joined` is called once the others know of the vehicle, before its first cycle. Raises
+    BusError.
     """
     if scenario.clock == "realtime":
         _drive(RealtimeBus(RealtimeVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)

@@ -1,4 +1,4 @@
-"""What a vehicle has received: the others' newest beacons, and the states that follow from them."""
+"""The newest beacons that a vehicle has received, and the states that follow from them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.vehicles.steps import NS
 
 
 class Radio:
-    """The newest beacon of everyone who counts; older than `age_limit_ns` it counts as missing."""
+    """The newest beacon of each neighbour; beyond `age_limit_ns` it counts as missing."""
 
     def __init__(self, neighbours: Neighbours, age_limit_ns: int) -> None:
         self._neighbours, self._everyone = neighbours, neighbours.everyone
@@ -23,11 +23,14 @@ class Radio:
         self._time_ns = 0
 
     def understands(self, receive: pb.Receive, time_ns: int) -> bool:
-        """Whether all that counts in the frames of the cycle of `time_ns` makes sense."""
+        """Return whether all frames of neighbours make sense, and were sent by `time_ns`."""
         return all(self._beacons_in(receive, time_ns))
 
     def take_in(self, received: Sequence[pb.Receive], time_ns: int) -> list[ReceivedBeacon]:
-        """Take in the frames that came in the cycle of `time_ns`; the news, oldest first."""
+        """Take in the frames of the cycle that starts at `time_ns`; return the new beacons.
+
+        The oldest beacon comes first.
+        """
         self._time_ns = time_ns
         beacons = [b for one in received for b in self._beacons_in(one, time_ns) if b is not None]
         beacons.sort(key=attrgetter("time_ns"))
@@ -40,12 +43,12 @@ class Radio:
         return news
 
     def age_ns(self, vehicle: int) -> int:
-        """Age of the newest beacon of a vehicle; -1 where there is none yet."""
+        """Return the age of the newest beacon of a vehicle, ns; -1 if there is none yet."""
         newest = self._newest.get(vehicle)
         return -1 if newest is None else self._time_ns - newest.time_ns
 
     def fresh(self, vehicle: int) -> ReceivedBeacon | None:
-        """The newest beacon of a vehicle, unless it is too old."""
+        """Return the newest beacon of a vehicle; None if there is none, or if it is too old."""
         newest = self._newest.get(vehicle)
         if newest is None or self._time_ns - newest.time_ns > self._age_limit_ns:
             return None
@@ -70,21 +73,21 @@ class Radio:
         )
 
     def radar_of(self, vehicle: int) -> Relative | None:
-        """A vehicle's own radar reading."""
+        """Return the radar reading that a vehicle reports; None if it is missing or too old."""
         beacon = self.fresh(vehicle)
         return None if beacon is None else beacon.radar
 
     def chains(self, own: Relative | None) -> tuple[list[Relative], list[Relative]]:
-        """States to the 1st, 2nd, ... vehicle ahead and behind, as sums of radar readings.
+        """Return states to the 1st, 2nd, ... vehicle ahead and behind, as sums of radar readings.
 
-        Each list ends before the first reading that is missing; `own` is the own radar's.
+        Each list ends before the first missing reading. `own` is the reading of the own radar.
         """
         ahead = [own, *map(self.radar_of, self._neighbours.ahead[:-1])]
         behind = list(map(self.radar_of, self._neighbours.behind))
         return _summed(ahead), _summed(behind)
 
     def positions(self, here: float, v: float) -> tuple[list[Relative], list[Relative]]:
-        """The same from reported positions against the own position `here` (m) and speed v."""
+        """Return the same states from reported positions, own position `here` (m) and speed v."""
         neighbours = self._neighbours
         ahead, behind = [], []
         for other, seam in zip(neighbours.ahead, neighbours.seam_ahead, strict=True):
@@ -98,7 +101,7 @@ class Radio:
         return ahead, behind
 
     def _beacons_in(self, receive: pb.Receive, time_ns: int) -> list[ReceivedBeacon | None]:
-        """Beacons of those who count, in order of arrival; None for what makes no sense."""
+        """Return the beacons of neighbours, in order of arrival; None for one without sense."""
         everyone, payloads = self._everyone, receive.beacon
         return [
             beacon
@@ -106,13 +109,13 @@ class Radio:
             and beacon.vehicle == source
             and beacon.time_ns <= time_ns
             else None
-            for row, source in enumerate(receive.source[:])  # a list is faster to go through
+            for row, source in enumerate(receive.source[:])  # iterating over a list is faster
             if source in everyone
         ]
 
 
 def _summed(links: Sequence[Relative | None]) -> list[Relative]:
-    """States over 1, 2, ... links, up to the first that is missing."""
+    """Return the states over 1, 2, ... links, up to the first missing one."""
     sums: list[Relative] = []
     p = v = 0.0
     for link in links:

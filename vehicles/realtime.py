@@ -1,4 +1,4 @@
-"""A vehicle in real time: it senses at once, and decides at its own deadline."""
+"""A vehicle in real time: it sends its beacon at once, and decides at its own deadline."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from zenvoy.vehicles.seen_frames import SeenFrames
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
 
-# A sense that is older than a cycle may be the first of many that come after a stop: wait for them.
+# A sense older than a cycle may be the first of many that arrive after a stop: wait for the others.
 _SETTLE_NS: Final = 5_000_000
 
 
 class RealtimeVehicle:
-    """Sends its beacon when it has its sense, and decides at t_k + v2v_wait on what came by then.
+    """Sends its beacon on its sense, and decides at t_k + v2v_wait with the frames so far.
 
-    If the process is stopped for longer than a cycle, it goes on with the newest sense.
+    If the process is stopped for longer than a cycle, it continues with the newest sense.
     """
 
     role = "vehicle"
@@ -49,7 +49,7 @@ class RealtimeVehicle:
 
     @property
     def due_ns(self) -> int | None:
-        """When to send a beacon, or else to decide."""
+        """When to send a beacon; if there is none to send, when to decide."""
         if self._sense is None:
             return self._decides_ns
         came_ns = self._sense.came_ns
@@ -57,7 +57,10 @@ class RealtimeVehicle:
         return came_ns + self._settle_ns if is_old else came_ns
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As in lock-step, but a receive comes at any time, which is that of its last frame."""
+        """Return why a message is refused, or None, as in lock-step.
+
+        But a receive may arrive at any time, and its time is that of its last frame.
+        """
         if topic is SENSE:
             return self._core.fault_in_sense(message)
         fault = self._core.fault_in_receive(message, None, message.time_ns)
@@ -71,7 +74,7 @@ class RealtimeVehicle:
         return None if is_last and of_others else ABSURD
 
     def take_in(self, post: Post) -> str | None:
-        """Keep the newest sense, and what the channel brings, once."""
+        """Keep the newest sense, and keep each frame once; return why a message is refused."""
         if post.topic is RECEIVE:
             is_new = self._seen.are_new(post.message)
             if is_new:
@@ -80,11 +83,11 @@ class RealtimeVehicle:
         if post.message.cycle <= self._cycle:
             return STALE
         self._cycle, self._sense = post.message.cycle, post
-        self._decides_ns = None  # what was not decided yet is too late now
+        self._decides_ns = None  # it is too late for a decision still due
         return None
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Beacon or command, whichever is due."""
+        """Return the beacon or the command, whichever is due."""
         if self._sense is not None:
             sense, self._sense = self._sense, None
             self._sensed_ns = sense.came_ns
@@ -93,11 +96,11 @@ class RealtimeVehicle:
         deadline_ns, self._decides_ns = self._decides_ns, None
         assert deadline_ns is not None
         if now_ns - max(deadline_ns, self._sensed_ns) > self._period_ns:
-            return []  # it was stopped meanwhile: there is a newer sense to go on with
+            return []  # the process was stopped; it continues with a newer sense
         return [self._decide(deadline_ns, now_ns)]
 
     def _decide(self, deadline_ns: int, now_ns: int) -> Envelope:
-        """The command, with a report of how the cycle kept to the clock."""
+        """Return the command, with a report on the timing of the cycle."""
         by_ns = max(deadline_ns, self._sensed_ns)
         posts = [post for post in self._received if post.came_ns <= by_ns]
         self._received = [post for post in self._received if post.came_ns > by_ns]

@@ -1,4 +1,4 @@
-"""A beacon as its receivers read it: decoded once, however many of them there are."""
+"""A beacon as its receivers read it: decoded once for all receivers of a process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.laws import Relative
 
 
 class ReceivedBeacon(NamedTuple):
-    """Fields of a Beacon, in m, m/s, m/s² and ns; radar: None where no vehicle is ahead of it."""
+    """The fields of a Beacon, in m, m/s, m/s² and ns; radar: None if no vehicle is ahead of it."""
 
     vehicle: int
     time_ns: int
@@ -24,12 +24,12 @@ class ReceivedBeacon(NamedTuple):
     planned_from_ns: tuple[int, ...]
     planned_acceleration: tuple[float, ...]
     command: float | None
-    """Newest command of the sender; None where it reports none."""
+    """The newest command of the sender; None if it reports none."""
 
 
 @lru_cache(maxsize=128)  # in one process, every receiver reads the same bytes
 def beacon_in(payload: bytes) -> ReceivedBeacon | None:
-    """Beacon in a frame; None where it makes no sense: anyone may send anything."""
+    """Return the beacon in a frame; None if it makes no sense, because anyone may send anything."""
     try:
         beacon = pb.Beacon.FromString(payload)
     except DecodeError:
@@ -51,7 +51,7 @@ def beacon_in(payload: bytes) -> ReceivedBeacon | None:
 
 
 def radar_in(source: pb.Sense | pb.Beacon) -> Relative | None:
-    """The radar reading in a sense or a beacon; None where no vehicle is ahead."""
+    """Return the radar reading in a sense or a beacon; None if no vehicle is ahead."""
     if not source.HasField("ahead"):
         return None
     link = source.ahead

@@ -1,4 +1,4 @@
-"""The vehicles of a shared process: to the bus they are one participant."""
+"""The vehicles of a shared process, which are one participant of the bus."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from zenvoy.vehicles.realtime import RealtimeVehicle
 
 
 class LockStepVehicles:
-    """Vehicles in lock-step: all of them take the same step, in order of number."""
+    """Vehicles in lock-step, which all take the same step, in order of number."""
 
     role = "vehicle"
 
@@ -24,7 +24,7 @@ class LockStepVehicles:
 
     @property
     def barrier(self) -> Barrier | None:
-        """What all of them wait for, one as the other."""
+        """The messages that all vehicles wait for; each waits for the same topic."""
         barrier = self._first.barrier
         if barrier is None:
             return None
@@ -32,11 +32,11 @@ class LockStepVehicles:
         return barrier._replace(needs=((topic, self.vehicles),))
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As that vehicle finds."""
+        """Return why the vehicle refuses a message, or None."""
         return self._agents[vehicle].fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """The step of each."""
+        """Return what all vehicles send in their step."""
         agents = self._agents.values()
         shares = inbox.each()
         return [
@@ -51,7 +51,7 @@ class LockStepVehicles:
 
 
 class RealtimeVehicles:
-    """Vehicles in real time: the one whose time has come first acts first."""
+    """Vehicles in real time: the one that is due first acts first."""
 
     role = "vehicle"
     done = False
@@ -61,33 +61,33 @@ class RealtimeVehicles:
     def __init__(self, scenario: Scenario, process: VehicleProcess) -> None:
         self.name, self.vehicles = process
         self._agents: Final = {one: RealtimeVehicle(scenario, one) for one in process.vehicles}
-        self._due_ns: dict[int, int] = {}  # by vehicle, of those that know when they act next
+        self._due_ns: dict[int, int] = {}  # by vehicle, if it knows when it acts next
 
     @property
     def due_ns(self) -> int | None:
-        """When the first of them acts."""
+        """When the first vehicle acts."""
         return min(self._due_ns.values(), default=None)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
-        """As that vehicle finds."""
+        """Return why the vehicle refuses a message, or None."""
         return self._agents[vehicle].fault_in(topic, vehicle, message)
 
     def take_in(self, post: Post) -> str | None:
-        """Hand a message to the vehicle that it is for."""
+        """Hand a message to its vehicle."""
         agent = self._agents[post.vehicle]
         reason = agent.take_in(post)
         self._note(agent)
         return reason
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Let the first of them act."""
+        """Let the vehicle that is due first act."""
         agent = self._agents[min(self._due_ns, key=lambda one: (self._due_ns[one], one))]
         sent = agent.act(now_ns)
         self._note(agent)
         return sent
 
     def _note(self, agent: RealtimeVehicle) -> None:
-        """When it acts next, which changes only where it hears or acts."""
+        """Note when a vehicle acts next; this changes only when it takes in a message or acts."""
         due_ns = agent.due_ns
         if due_ns is None:
             self._due_ns.pop(agent.vehicle, None)

@@ -1,4 +1,4 @@
-"""Filtered states of a link and of the own speed, on the readings' own times."""
+"""Filtered states of a link and of the own speed, each at the time of its newest reading."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from zenvoy.vehicles.filters import state_filter
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.steps import NS, Number
 
-# Missed periods after which a link starts anew rather than be predicted through the gap.
+# Missed periods after which a link starts anew instead of being predicted across the gap.
 GIVE_UP_PERIODS: Final = 100
 
 
 def predicted(
     p: Number, v: Number, dt: float, front: tuple[Number, Number], rear: tuple[Number, Number]
 ) -> Relative:
-    """Return a link's state dt (s) later: floats or arrays.
+    """Return the state of a link dt (s) later; floats or arrays.
 
     front, rear: displacement beyond uniform motion (m) and change of speed (m/s) of its vehicles.
     """
@@ -26,11 +26,11 @@ def predicted(
 
 
 class LinkState:
-    """Filtered state of one link, at the time of its newest reading.
+    """The filtered state of one link, at the time of its newest reading.
 
-    `front` and `rear` are the motions of the two vehicles, the one ahead and the one behind; the
-    link's relative acceleration is the difference of theirs. limit_s: wall time that a step of an
-    estimator of the user's own may take.
+    `front` and `rear` are the motions of its two vehicles; the relative acceleration of the link is
+    the difference of their accelerations. limit_s: the wall time that a step of a user's own
+    estimator may take.
     """
 
     def __init__(
@@ -52,16 +52,16 @@ class LinkState:
 
     @property
     def estimate(self) -> Relative | None:
-        """State at `measured_ns`; None before the first reading."""
+        """The state at `measured_ns`; None before the first reading."""
         return Relative(*self._filter.x) if self._filter.x else None
 
     @property
     def std(self) -> tuple[float, ...]:
-        """Standard deviations of gap (m) and relative speed (m/s)."""
+        """The standard deviations of gap (m) and relative speed (m/s)."""
         return self._filter.std
 
     def measure(self, time_ns: int, reading: Relative, speed: float) -> None:
-        """Take in a reading of `time_ns`; `speed` (m/s) is about that of the vehicles."""
+        """Take in a reading at `time_ns`; speed: the approximate speed of the vehicles, m/s."""
         periods = (time_ns - self.measured_ns) // self._period_ns
         if periods > GIVE_UP_PERIODS:
             self._filter.reset()
@@ -74,7 +74,7 @@ class LinkState:
         self.measured_ns = time_ns
 
     def predict(self, until_ns: int) -> Relative | None:
-        """State at `until_ns`, with the accelerations known and planned of both vehicles."""
+        """Return the state at `until_ns`, from known and planned accelerations of both vehicles."""
         if not self._filter.x:
             return None
         p, v = self._filter.x
@@ -83,7 +83,7 @@ class LinkState:
         return predicted(p, v, (until_ns - self.measured_ns) * NS, front, rear)
 
     def _relative_accelerations(self, time_ns: int, periods: int) -> list[float]:
-        """Mean of each period up to `time_ns`, m/s²."""
+        """Return the mean relative acceleration of each period up to `time_ns`, m/s²."""
         front, rear, period_ns = self._front.mean, self._rear.mean, self._period_ns
         if periods == 1:  # nearly always
             start_ns = time_ns - period_ns
@@ -95,7 +95,7 @@ class LinkState:
 
 
 class SpeedState:
-    """Filtered own speed at the start of the cycle; `limit_s` as for a link."""
+    """The filtered own speed at the start of the cycle; `limit_s` as for a link."""
 
     def __init__(
         self,
@@ -113,16 +113,16 @@ class SpeedState:
 
     @property
     def estimate(self) -> float:
-        """Own speed, m/s."""
+        """The own speed, m/s."""
         return self._filter.x[0]
 
     @property
     def std(self) -> float:
-        """Its standard deviation, m/s."""
+        """The standard deviation of the own speed, m/s."""
         return self._filter.std[0]
 
     def measure(self, time_ns: int, reading: float) -> None:
-        """Take in a reading (m/s) of `time_ns`, with what is known of the motion in between."""
+        """Take in a reading (m/s) at `time_ns`, with the known motion since the last one."""
         period_ns = self._period_ns
         if (time_ns - self._measured_ns) // period_ns > GIVE_UP_PERIODS:
             self._filter.reset()

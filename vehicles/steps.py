@@ -1,6 +1,6 @@
-"""Step functions of time: an acceleration that is constant from one instant to the next.
+"""Step functions of time: accelerations that are constant between given instants.
 
-The acceleration of a step is a float, or an array of them: what is computed is the same.
+The acceleration of a step is a float or an array of floats; the arithmetic is the same.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from typing import Any, Final
 NS: Final = 1e-9
 
 Spans = list[tuple[float, int]]
-"""Parts of a stretch of time, in order: how long each is (s), and the index of its step."""
+"""Parts of a span of time, in order: the length of each (s), and the index of its step."""
 
 Number = Any
 """A float, or an array of floats."""
 
 
 def spans(starts_ns: Sequence[int], t0_ns: int, t1_ns: int) -> Spans:
-    """Return the parts of [t0, t1] by the steps that begin at `starts_ns`, in rising order.
+    """Return the parts of [t0, t1] in steps that begin at `starts_ns`, in ascending order.
 
-    The first step reaches back without end, the last one on without end.
+    The first step has no beginning, and the last one has no end.
     """
     if t0_ns >= starts_ns[-1]:  # nearly always: nothing changes after t0
         return [((t1_ns - t0_ns) * NS, len(starts_ns) - 1)]

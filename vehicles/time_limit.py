@@ -1,4 +1,4 @@
-"""A limit of wall time on code of the user's own, so that it is named where it hangs."""
+"""A limit of wall time on a user's own code, so that code that hangs can be named."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _NONE: Final = nullcontext()
 
 
 def time_limit(limit_s: float | None) -> AbstractContextManager[None]:
-    """Return a context that raises TimeoutError in the midst of what takes longer; None: no limit.
+    """Return a context that raises TimeoutError in code that takes longer; None: no limit.
 
-    Signals reach the main thread alone, so elsewhere there is no limit. The alarm that was set
-    before is set again afterwards.
+    Only the main thread gets signals, so there is no limit in other threads. An earlier alarm is
+    restored afterwards.
     """
     if limit_s is None or threading.current_thread() is not threading.main_thread():
         return _NONE

@@ -12,7 +12,7 @@ from zenvoy.vehicles.arrays.rows import Bools, Ints
 from zenvoy.vehicles.beaconing import first_beacon
 
 RULES: Final = ("every-cycle", "every-nth")
-"""The rules that arrays run. The rule of CAMs needs a filter of its own for each vehicle."""
+"""The rules that arrays run. The rule of CAMs would need another filter for each vehicle."""
 
 
 class Beaconing:

@@ -1,9 +1,9 @@
 """Covariances and gains of many Kalman filters of one model.
 
-They depend on which periods brought a measurement, and on its variances, but not on its values. As
-long as every period brings one, filters walk the graph of `gains` together. A filter that misses a
-measurement has a history of its own, so it leaves the graph. filterpy computes all such filters at
-once, on arrays in place of floats.
+They depend on which periods had a measurement, and on its variances, but not on its values. While
+every period has one, filters walk the graph of `gains` together. A filter that misses a measurement
+has its own history, so it leaves the graph. filterpy computes all such filters at once, on arrays
+in place of floats.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ class Step(NamedTuple):
 
 
 def step(kalman: KalmanFilter, before: Floats, K: Floats, variances: Floats, periods: Ints) -> Step:
-    """Return P and K after a number of predictions each, `periods` (r,), and an update.
+    """Return P and K of each filter after a number of predictions, `periods` (r,), and an update.
 
     before is P (n, n, r) before the step, kalman is filterpy's filter of the model, and variances
     are the diagonals of R, (n, r). Settled filters keep their P and K, as in `gains.GainSchedule`.

@@ -36,7 +36,7 @@ The period begins the given number of cycles ago.
 class Estimators:
     """The filters of every vehicle for its link ahead, its link behind and its own speed.
 
-    With `by_position`, reported positions measure the links, and not radars.
+    With `by_position`, reported positions measure the links instead of radars.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class Estimators:
         if rows is None:
             return Known(Relative(np.full(count, np.nan), np.full(count, np.nan)), there)
         ages = _by_age(cycle, filters.measured, rows)
-        # Nobody looks at the states that are left out.
+        # Nobody uses the states that are left out.
         p, v = (np.empty(count) if which is None else np.full(count, np.nan) for _ in range(2))
         for age, members in ages.items():
             t1_ns = age * timing.period_ns + until_ns

@@ -36,7 +36,7 @@ class Links:
 
     @property
     def every(self) -> list[Link]:
-        """All links."""
+        """All links, as a list."""
         return [*self.ahead, *self.behind, *([] if self.leader is None else [self.leader])]
 
 

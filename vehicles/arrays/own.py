@@ -17,7 +17,7 @@ class OwnMotion:
     def __init__(self, timing: Timing, count: int) -> None:
         self._timing = timing
         self._nothing = np.zeros(count)
-        self._read: list[Floats] = []  # by cycle: mean over the period that ends at its start
+        self._read: list[Floats] = []  # by cycle: the mean over the period before it
         self._commands: list[Floats] = []
         self.plan = Plan(())
         """The plan of the newest cycle."""
@@ -93,6 +93,6 @@ class OwnMotion:
         return self._commands[cycle] if cycle >= 0 else self._nothing
 
     def _first_kept(self) -> int:
-        """Return the cycle at which the first period begins whose reading is not forgotten."""
+        """Return the cycle at which the first period with a remembered reading begins."""
         timing = self._timing
         return max(-1, self.cycle - timing.keep_ns // timing.period_ns - 1)

@@ -1,4 +1,4 @@
-"""The accelerations that vehicles plan, from the start of a cycle: commands under way."""
+"""The accelerations that vehicles plan from the start of a cycle: commands not yet in effect."""
 
 from __future__ import annotations
 

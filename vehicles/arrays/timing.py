@@ -15,9 +15,9 @@ class Timing:
     period_ns: int
     wait_ns: int
     effect_ns: int
-    """Time from the start of a cycle to the effect of its commands."""
+    """The time from the start of a cycle to the effect of its commands."""
     keep_ns: int
-    """Time for which vehicles remember the past."""
+    """The time for which vehicles remember the past."""
     age_limit_ns: int
 
     @classmethod
@@ -34,11 +34,11 @@ class Timing:
 
     @cached_property
     def lag(self) -> int:
-        """Number of cycles after which a command is in force at the start of a cycle."""
+        """The number of cycles after which a command is in force at the start of a cycle."""
         return max(1, -(-self.effect_ns // self.period_ns))
 
     @cached_property
     def starts_ns(self) -> tuple[int, ...]:
-        """Times from t_k at which the commands known at t_k take effect; the first is in force."""
+        """The times after t_k at which commands known at t_k take effect; the first is in force."""
         under_way = range(1, self.lag)
         return (0, *((i - self.lag) * self.period_ns + self.effect_ns for i in under_way))

@@ -1,4 +1,4 @@
-"""Tries whether a law takes arrays, on a few vehicles, one by one and all at once."""
+"""Tests whether a law takes arrays, with a few vehicles one by one and all at once."""
 
 from __future__ import annotations
 

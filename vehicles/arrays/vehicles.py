@@ -99,7 +99,7 @@ class Vehicles:
         """The links whose beacons a controller uses."""
         ahead, behind = self._m, self._m
         if not self._by_position and ahead:
-            ahead -= 1  # the own radar measures the first of them
+            ahead -= 1  # the own radar measures the first link
         if self.estimators is not None or self._wants_predecessor or self._by_position:
             ahead = max(ahead, 1)
         if self.estimators is not None or self._looks_behind:
