@@ -33,16 +33,16 @@ check: setup
 	$(BIN)/mypy -p zenvoy
 	$(BIN)/mypy tests benchmarks
 
-# docs/api.md, from the docstrings of `import zenvoy`; a test says when it is stale.
+# Makes docs/api.md from the docstrings of `import zenvoy`; a test fails when it is stale.
 docs: setup
 	$(BIN)/python -m tests.api_page
 
-# Hits the processes of 500 runs with signals at random moments; docs/ends.md says what is to come
-# of it. To be run on a machine that does little else: how long an end takes is judged, too.
+# Hits the processes of 500 runs with signals at random moments, and compares their ends with
+# docs/ends.md. Run it on an idle machine, because it also judges how long an end takes.
 chaos: setup
 	$(BIN)/python -m tests.chaos --runs 500
 
-# Changes 10,000 scenarios at random: each is refused in words, or runs for 2 s without a NaN.
+# Changes 10,000 scenarios at random: each is refused with a message, or runs for 2 s without a NaN.
 mutants: setup
 	$(BIN)/python -m tests.mutants 10000
 
@@ -53,7 +53,7 @@ $(VENV)/.bench: $(VENV)/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	touch $@
 
-# Reads a log with the reader of another house: npm's @mcap/core. Needs Node >= 20.
+# Reads a log with an independent reader, npm's @mcap/core. Needs Node >= 20.
 conformance: setup
 	npm install --no-package-lock --ignore-scripts --no-audit --no-fund --silent \
 		--fetch-retries 1 --fetch-timeout 30000 --prefix tests/conformance
@@ -62,8 +62,8 @@ conformance: setup
 	node tests/conformance/check.mjs runs/conformance/run.mcap
 
 # Builds the vehicle in C++ against zenoh-c and drives it in a fleet. Needs g++, Debian's
-# libprotobuf-dev, protobuf-compiler, nlohmann-json3-dev and python3-dev. No package registry reached
-# here has zenoh-c by itself: its library comes out of a Python extension module that exports it.
+# libprotobuf-dev, protobuf-compiler, nlohmann-json3-dev and python3-dev. zenoh-c has no
+# package of its own here: its library comes from a Python extension module that exports it.
 CPP := runs/external-cpp
 external-cpp: setup
 	rm -rf $(CPP) && mkdir -p $(CPP)

@@ -1,4 +1,4 @@
-// A vehicle in C++: FM on its own radar, in real time; it tells the others, and does not listen.
+// A vehicle in C++: FM by its own radar, in real time; it sends beacons, but reads none.
 #include <google/protobuf/text_format.h>
 #include <unistd.h>
 #include <zenoh.h>
@@ -73,7 +73,7 @@ int main(int, char **argv) {
     z_liveliness_declare_subscriber(zenoh, &watcher, at(run + "/alive/world"), z_move(to_end), NULL);
     z_declare_publisher(zenoh, &beacons, at(own + "/beacon"), NULL);
     z_declare_publisher(zenoh, &commands, at(own + "/command"), NULL);
-    for (auto *publisher : {&beacons, &commands})  // what is put before somebody reads is gone
+    for (auto *publisher : {&beacons, &commands})  // earlier messages would be lost
         for (z_matching_status_t read = {false}; !read.matching; usleep(1'000))
             z_publisher_get_matching_status(z_loan(*publisher), &read);
     string size = std::to_string(int(of("/fleet/size"))), name = argv[1];
@@ -88,7 +88,7 @@ int main(int, char **argv) {
         sense.ParseFromString(content(z_loan(sample)));
         auto wall_ns = std::chrono::steady_clock::now().time_since_epoch().count();
         int64_t now_ns = (wall_ns - sense.wall_start_ns()) * of("/speed");
-        if (now_ns - sense.time_ns() > of("/period_ms") * 1e6) continue;  // it was stopped
+        if (now_ns - sense.time_ns() > of("/period_ms") * 1e6) continue;  // this process was stopped
         // The rest of a sense has the same names in a beacon.
         sense.clear_wall_start_ns(), google::protobuf::TextFormat::PrintToString(sense, &text);
         google::protobuf::TextFormat::ParseFromString(text, &beacon);
@@ -100,7 +100,7 @@ int main(int, char **argv) {
         command.set_cycle(sense.cycle()), command.set_vehicle(sense.vehicle());
         command.set_time_ns(sense.time_ns() + int64_t(of("/control/v2v_wait_ms") * 1e6));
         command.set_effective_ns(command.time_ns() + int64_t(of("/control/system_delay_ms") * 1e6));
-        auto &timing = *command.mutable_timing();  // it decides on no frames
+        auto &timing = *command.mutable_timing();  // it uses no frames
         timing.set_sensed_ns(now_ns), timing.set_decided_ns(now_ns);
         command.set_mode(sense.has_ahead() ? zenvoy::MODE_FM : zenvoy::MODE_CONSTANT_SPEED);
         if (sense.has_ahead()) command.set_acceleration(follow(sense, scenario["control"]));

@@ -1,8 +1,8 @@
-// Reads a log of Zenvoy with the MCAP and protobuf libraries of another language, from what the
-// file says of itself only: node check.mjs <file.mcap>
+// Reads a log of Zenvoy with the MCAP and protobuf libraries of another language, and uses only
+// what the file says about itself: node check.mjs <file.mcap>
 //
-// Two passes, through the index and from end to end, each with every CRC; every message is decoded
-// by its embedded schema. Exits with 1 and one line on the first thing that is not as it should be.
+// It makes two passes, through the index and from end to end, checks every CRC, and decodes every
+// message by its embedded schema. On the first fault it prints one line and exits with 1.
 import { createReadStream } from "node:fs";
 import { open } from "node:fs/promises";
 import { crc32 } from "node:zlib";
@@ -56,7 +56,7 @@ function checkMessage(where, message, type) {
     `${where}: log_time ${message.logTime}, publish_time ${message.publishTime}`,
   );
   const value = type.decode(message.data);
-  // protobuf skips what it does not know: only a schema that knows all bytes gives them all back
+  // protobuf skips unknown fields: only a schema that knows all bytes reproduces all of them
   const length = type.encode(value).finish().length;
   check(
     length === message.data.length,

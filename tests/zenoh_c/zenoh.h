@@ -1,6 +1,6 @@
-// The part of zenoh-c's API (1.x) that examples/external_vehicle/vehicle.cpp uses, in our own words:
-// `make external-cpp` builds against a package that has the library and not its headers. Everything
-// is handed over by address, so that types may be larger here than they are in the library.
+// The part of zenoh-c's API (1.x) that examples/external_vehicle/vehicle.cpp uses, written anew:
+// `make external-cpp` builds against a package that has the library but not its headers. Everything
+// is passed by address, so that types may be larger here than in the library.
 #pragma once
 #include <stddef.h>
 #include <stdint.h>
