@@ -27,7 +27,7 @@ WARM_UP_STEPS = 20
 START_LIMIT_S = 60.0
 STEP_LIMIT_S = 0.5
 # These ports are below the range that Linux uses for outgoing connections. The broker gives the
-# ports above its own to the federates unchecked, and the run fails if one has been taken meanwhile.
+# ports above its own to the federates unchecked, and the run fails if one has been taken since.
 PORTS = range(10_000, 30_000)
 
 

@@ -53,7 +53,7 @@ class Outlet(io.FileIO):
 
 
 def fill_closed() -> None:
-    """Open a placeholder for each closed standard stream, lest the next file take its descriptor.
+    """Open a placeholder for each closed standard stream, so that no file gets its descriptor.
 
     A placeholder is open in the opposite direction, so that using it fails as on a closed stream.
     """

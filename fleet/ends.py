@@ -19,7 +19,7 @@ import zenoh
 STALLED: Final = 4
 STOPPED: Final = 5  # by SIGTERM
 EXHAUSTED: Final = 6  # out of disk, memory, threads or file descriptors
-LAW_FAILED: Final = 7  # a law of the scenario's own failed
+LAW_FAILED: Final = 7  # one of the scenario's own laws failed
 DONE: Final = 64
 
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # a place in Zenoh's code

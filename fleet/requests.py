@@ -52,7 +52,7 @@ def requests_held() -> Iterator[None]:
 
     Python ignores what a signal handler raises inside a fork hook, so the request would be lost. A
     thread of a library may take a signal that this thread blocks, and Python still runs the handler
-    here: so handlers only take note meanwhile.
+    here. So handlers only take note in the meantime.
     """
     noted: list[int] = []
     before = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS_TO_END)

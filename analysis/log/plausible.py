@@ -20,7 +20,7 @@ _LATEST_NS: Final = 1 << 60  # 36 years
 _MODES: Final = set(pb.Mode.values()) - {pb.MODE_OWN}
 _MOST_MODES: Final = 128
 _OPTIONAL: Final = {"neighbours"}  # columns that not every run has
-# Topics in which no number is ever missing. A command that never came, in real time, is all NaN.
+# Topics in which no number is ever missing. In real time a command that never arrived is all NaN.
 _COMPLETE: Final = {TRUTH.log_name}
 # Columns of /realtime with a number per vehicle, and with a number per frame.
 _REALTIME_COLUMNS: Final = (

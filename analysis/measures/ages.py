@@ -1,8 +1,8 @@
 """Age of information: how old a vehicle's data about another vehicle are when it decides.
 
 A vehicle decides at t_k + v2v_wait. The age of a link in cycle k is t_k minus the time at which the
-newest frame that has arrived by then was made (after Kaul, Yates and Gruteser 2012). It is 0 where
-the frame of the same cycle came in time, and grows by a period with each frame that is lost.
+newest frame that has arrived by then was made (after Kaul, Yates and Gruteser 2012). It is 0 if the
+frame of the same cycle arrived in time, and grows by a period with each frame that is lost.
 """
 
 from __future__ import annotations

@@ -13,13 +13,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table:
-    """The motion of cars as a file has it, front to back; NaN where it has no value.
+    """The motion of cars in a file, front to back; NaN where the file has no value.
 
     numbers has the place of each car in the file, from 1 on: only cars of successive numbers follow
     each other. time_s (T,) increases. speed, position and gap are (T, n), in m/s and m, or None
     where the file has no such columns. A gap is from bumper to bumper, to the car ahead.
     gap_columns has the name of each column of gaps, and gap_lines (T, n) the lines of their values.
-    setting says how the cars were driven, "" if the file does not tell.
+    setting says how the cars were driven, "" if the file does not say.
     """
 
     cars: tuple[str, ...]

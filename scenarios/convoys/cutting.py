@@ -1,7 +1,7 @@
 """Cuts a convoy out of a table: cars that follow each other, and a stretch of time without holes.
 
-Of all chains of successive cars, and of their stretches of time, the one with the most seconds of
-following is taken. Holes of up to a second are bridged by straight lines.
+It takes the chain of successive cars and the stretch of time with the most seconds of following.
+Straight lines bridge holes of up to a second.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """What to take of a table: names or numbers of cars, front to back, and times as in the file.
+    """What to take from a table: names or numbers of cars, front to back, and times as in the file.
 
     None: as much as there is. length_m is the length of all cars, by which positions become gaps.
     With skip_negative_gaps a gap below 0 counts as missing, and is not refused.
@@ -206,7 +206,7 @@ def _at(motion: _Motion, values: Floats, time_s: Floats) -> Floats:
 
 
 def _told(table: Table, motion: _Motion, cut: _Cut) -> dict[str, str]:
-    """Return what was taken, and what was left out."""
+    """Return what was taken and what was left out, for people."""
     cars = table.cars[cut.cars]
     left = [name for name in table.cars if name not in cars]
     begin, end = motion.time_s[cut.rows][[0, -1]]

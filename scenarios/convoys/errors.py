@@ -17,7 +17,7 @@ class ConvoyError(InvalidScenarioError):
 
 @dataclass(slots=True)
 class Faults:
-    """The faults of a table. Of faults of one kind in a column the first is told, and the count."""
+    """The faults of a table; for each kind and column it reports the first one and the count."""
 
     source: str
     _first: dict[tuple[str, str], Problem] = field(default_factory=dict)

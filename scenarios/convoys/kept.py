@@ -43,6 +43,6 @@ def kept_header(text: str) -> bool:
 
 
 def setting_in(text: str) -> str:
-    """Return how the cars of a kept table were driven, "" if it does not tell."""
+    """Return how the cars of a kept table were driven, "" if it does not say."""
     first = text.partition("\n")[0]
     return first.removeprefix(_SETTING).strip() if first.startswith(_SETTING) else ""

@@ -1,4 +1,4 @@
-"""Makes a scenario of a convoy: its leader drives as recorded, and a law drives the followers."""
+"""Makes a scenario from a convoy: its leader drives as recorded, and a law drives the others."""
 
 from __future__ import annotations
 
