@@ -22,7 +22,8 @@ class Motion(NamedTuple):
 
     v, a: its speed (m/s) and acceleration (m/s²). distance: its position minus the own position at
     the start of the cycle, m. age_s: age of its readings at the start of the cycle, s. command: its
-    newest command, m/s²; NaN unless the law needs commands.
+    newest command, m/s²; NaN unless the law needs commands. steps: number of links from there to
+    the host, 1 for the vehicle ahead.
     """
 
     v: Number
@@ -30,3 +31,4 @@ class Motion(NamedTuple):
     distance: Number = NAN
     age_s: Number = NAN
     command: Number = NAN
+    steps: Number = NAN

@@ -151,10 +151,12 @@ class Vehicle:
             view = view._replace(sides=known.sides(now_ns)[:m])
         if needs.predecessor and self._neighbours.ahead:
             other, seam_m = self._neighbours.ahead[0], self._neighbours.seam_ahead[0]
-            motion = known.motion_of(other, seam_m, commands=needs.commands)
+            motion = known.motion_of(other, seam_m, 1, commands=needs.commands)
             view = view._replace(predecessor=motion)
         if needs.leader:  # the leader has a lower number, so no seam lies in between
-            motion = known.motion_of(self._neighbours.leader, 0.0, commands=needs.commands)
+            leader = self._neighbours.leader
+            steps = self.vehicle - leader
+            motion = known.motion_of(leader, 0.0, steps, commands=needs.commands)
             view = view._replace(leader=motion)
         return view
 

@@ -150,12 +150,15 @@ class Knowledge:
             length_m=self._length_m,
         )
 
-    def motion_of(self, other: int, seam_m: float, *, commands: bool) -> LawMotion | None:
-        """Return what another vehicle reports; None where it is missing or too old.
+    def motion_of(
+        self, other: int, seam_m: float, steps: int, *, commands: bool
+    ) -> LawMotion | None:
+        """Return what the `steps`-th vehicle ahead reports; None where it is missing or too old.
 
         seam_m is added to the difference of positions, m. commands: whether its command is needed.
         """
-        return self.radio.motion_of(other, self._sense.position - seam_m, commands=commands)
+        here = self._sense.position - seam_m
+        return self.radio.motion_of(other, here, steps, commands=commands)
 
     def sides(self, now_ns: int) -> tuple[tuple[Relative, Relative], ...]:
         """Return the states to the j-th vehicle ahead and behind, as far as both are known."""

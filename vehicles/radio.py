@@ -54,11 +54,13 @@ class Radio:
             return None
         return newest
 
-    def motion_of(self, vehicle: int, from_m: float, *, commands: bool) -> Motion | None:
+    def motion_of(
+        self, vehicle: int, from_m: float, steps: int, *, commands: bool
+    ) -> Motion | None:
         """Return what a vehicle reports of its motion, with the acceleration in force.
 
-        Its distance counts from `from_m`. A report that lacks its command is missing if `commands`
-        are asked for.
+        Its distance counts from `from_m`; it is the `steps`-th vehicle ahead. A report that lacks
+        its command is missing if `commands` are asked for.
         """
         beacon = self.fresh(vehicle)
         if beacon is None or (commands and beacon.command is None):
@@ -70,6 +72,7 @@ class Radio:
             beacon.position - from_m,
             (self._time_ns - beacon.time_ns) * NS,
             NAN if beacon.command is None or not commands else beacon.command,
+            steps,
         )
 
     def radar_of(self, vehicle: int) -> Relative | None:

@@ -81,6 +81,7 @@ BUILT_IN: Final = {
     "platoons": ("mixed/platoons", ()),
     "time headway": ("following/acc", ()),
     "drivers": ("following/idm", ()),
+    "feedforward": ("plexe/ploeg", ()),
     "probe": ("probes/pbcm", ()),
     "unicast": ("technologies/5g-mmwave", ()),
     "stopped by a collision": ("paper/case-01", ("on_collision=stop", "control.gains.k_d=3")),

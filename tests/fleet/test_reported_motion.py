@@ -20,7 +20,7 @@ LAW = """
 from dataclasses import dataclass
 from zenvoy.laws import Column, Law, Needs, Output, known, where
 
-NAMES = ("v", "a", "distance", "age", "command")
+NAMES = ("v", "a", "distance", "age", "command", "steps")
 COLUMNS = tuple(Column(f"{who}_{name}") for who in ("ahead", "leader") for name in NAMES)
 
 @dataclass(frozen=True)
@@ -105,14 +105,14 @@ def reporting(vehicle: int, cycle: int, command: float | None, position: float) 
     return sent
 
 
-def test_reports_hold_distance_age_and_command(tmp_path: Path) -> None:
+def test_reports_hold_distance_age_command_and_steps(tmp_path: Path) -> None:
     driven = cab(tmp_path, "WITH_COMMANDS")
     driven.sense()
     driven.receive([reporting(1, 0, -0.25, 1_075.5)])
     driven.sense(acceleration=0.125)
     logged = driven.receive([reporting(2, 1, 0.75, 1_037.0)]).logged
-    ahead = (22.0, 1.0, 37.0, 0.0, 0.75)
-    leader = (21.0, 0.5, 75.5, 0.1, -0.25)
+    ahead = (22.0, 1.0, 37.0, 0.0, 0.75, 1.0)
+    leader = (21.0, 0.5, 75.5, 0.1, -0.25, 2.0)
     assert list(logged) == pytest.approx([*ahead, *leader, 0.125], rel=1e-15)
 
 
@@ -120,8 +120,8 @@ def test_a_report_without_its_command_is_missing(tmp_path: Path) -> None:
     driven = cab(tmp_path, "WITH_COMMANDS")
     driven.sense()
     logged = driven.receive([reporting(2, 0, None, 1_037.0), reporting(1, 0, 0.0, 1_075.0)]).logged
-    assert all(math.isnan(value) for value in logged[:5])
-    assert not any(math.isnan(value) for value in logged[5:])
+    assert all(math.isnan(value) for value in logged[:6])
+    assert not any(math.isnan(value) for value in logged[6:])
 
 
 def test_a_ring_length_lies_between_the_first_vehicle_and_the_last(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import (
     Motion,
     Observation,
+    Output,
     Relative,
     Setpoint,
     builtin,
@@ -198,13 +199,23 @@ def test_a_law_gives_the_same_bits_on_arrays(name: str, rows: list[tuple[float, 
             ahead,
             behind,
             sides=((ahead, behind), (behind, ahead)),
-            predecessor=Motion(speed, a),
-            leader=Motion(leader_v, leader_a),
+            predecessor=Motion(speed, a, distance=p, age_s=0.05, command=leader_a, steps=1.0),
+            leader=Motion(leader_v, leader_a, distance=3.0 * p, age_s=0.1, command=a, steps=3.0),
+            state=tuple(value + 0.0 * speed for value in law.state),
+            period_s=0.1,
+            acceleration=0.1 * v,
+            length_m=5.0,
         )
 
-    one_by_one = [law.acceleration(seen(row), own) for row in rows]
-    together = law.acceleration(seen(np.array(rows).T), own)
-    np.testing.assert_array_equal(together, one_by_one)
+    one_by_one = [numbers(law.acceleration(seen(row), own)) for row in rows]
+    together = numbers(law.acceleration(seen(np.array(rows).T), own))
+    np.testing.assert_array_equal(np.array(together).T, one_by_one)
+
+
+def numbers(returned: Any) -> list[Any]:
+    """Return all that a law returns."""
+    output = returned if isinstance(returned, Output) else Output(returned)
+    return [output.acceleration, *output.logged, *output.state]
 
 
 @given(a=st.floats(), b=st.floats(), limit=st.floats(0, 1e3))
@@ -218,7 +229,8 @@ def test_choices_are_the_same_on_arrays(a: float, b: float, limit: float) -> Non
 
 def test_the_modes_of_the_library_are_those_of_the_messages() -> None:
     for law in builtin().values():
-        assert law.mode == pb.Mode.Value(f"MODE_{law.name}")
+        name = law.name.upper().replace("-", "_")
+        assert law.mode == pb.Mode.Value(f"MODE_{name}")
 
 
 def test_a_colour_is_a_laws_own() -> None:

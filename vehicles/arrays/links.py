@@ -69,7 +69,7 @@ def links_of(
     )
 
 
-def reported(link: Link, cycle: int, from_m: Floats) -> Reported:
+def reported(link: Link, cycle: int, from_m: Floats, steps: Floats | float) -> Reported:
     """Return the motion that the senders of a link report, as `Radio.motion_of` does."""
     newest = link.newest
     motion = Motion(
@@ -78,6 +78,7 @@ def reported(link: Link, cycle: int, from_m: Floats) -> Reported:
         newest.position - from_m,
         link.age_ns(cycle) * NS,
         NAN if newest.command is None else newest.command,
+        steps,
     )
     return Reported(motion, fresh(link, cycle))
 

@@ -54,8 +54,8 @@ def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
     ahead, behind = Relative(rest[0], rest[1]), Relative(rest[2], rest[3])
     shape = np.shape(speed)
     heard = where(speed > 20.0, 1.0, NAN) if law.needs.tolerates_silence else 1.0
-    predecessor = _motion(heard, rest[4], rest[5], ahead.p)
-    leader = _motion(heard, rest[6], rest[7], 3.0 * ahead.p)
+    predecessor = _motion(heard, rest[4], rest[5], ahead.p, 1.0)
+    leader = _motion(heard, rest[6], rest[7], 3.0 * ahead.p, 3.0)
     observation = Observation(
         speed,
         Setpoint(k_d, k_v, k_c, p_des, v_des),
@@ -75,6 +75,6 @@ def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
     return (output.acceleration, *output.logged, *output.state)
 
 
-def _motion(heard: Number, v: Number, a: Number, distance: Number) -> Motion:
+def _motion(heard: Number, v: Number, a: Number, distance: Number, steps: float) -> Motion:
     """Return a report; NaN where `heard` is NaN instead of 1."""
-    return Motion(*(heard * one for one in (v, a, distance, 0.05 * a * a, a + 0.1)))
+    return Motion(*(heard * one for one in (v, a, distance, 0.05 * a * a, a + 0.1, steps)))

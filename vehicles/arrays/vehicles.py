@@ -58,8 +58,9 @@ class Vehicles:
         self._by_position = first.control.neighbour_state == "position"
         settings = [one for scenario in scenarios for one in roster(scenario)]
         number = np.tile(np.arange(size), runs)
-        leads = number % (first.control.platoon.size or size) == 0
-        self._controllers = Controllers(first, settings, leads)
+        steps = number % (first.control.platoon.size or size)
+        self._steps_to_leader = steps.astype(np.float64)
+        self._controllers = Controllers(first, settings, leads=steps == 0)
         every = self._controllers.every
         needs = [one.law.needs for one in every]
         self.links = links_of(first, self.timing, every, runs)
@@ -193,12 +194,14 @@ class Vehicles:
         """Return the reports of the vehicles ahead; here: the own positions, m."""
         if not self._wants_predecessor:
             return NOTHING
-        return reported(self.links.ahead[0], self.cycle, here - self.links.seam_ahead[0])
+        return reported(self.links.ahead[0], self.cycle, here - self.links.seam_ahead[0], 1.0)
 
     def _leader(self, here: Floats) -> Reported:
         """Return the reports of the leaders, which have lower numbers: no seam lies between."""
         leader = self.links.leader
-        return NOTHING if leader is None else reported(leader, self.cycle, here)
+        if leader is None:
+            return NOTHING
+        return reported(leader, self.cycle, here, self._steps_to_leader)
 
     def _uniform(self, rows: Rows, number: int) -> Floats:
         """Return the random numbers in [0, 1) that vehicles draw for their laws in this cycle."""
