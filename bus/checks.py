@@ -17,7 +17,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.frame_table import FrameTable, frame_table
 from zenvoy.bus.refusals import ABSURD, FOREIGN, MALFORMED, MISTIMED, RefusedError
 
-_MODES: Final = range(len(pb.Mode.values()))
+_MODES: Final = frozenset(pb.Mode.values())
 _MOST_MODES: Final = 128  # a varint of one byte
 _OUTCOMES: Final = range(1, len(pb.Outcome.values()))
 

@@ -106,6 +106,15 @@ def test_an_unknown_mode_is_refused(tmp_path: Path) -> None:
     assert Mailbox(reader(COMMAND, tmp_path).fault_in).put(COMMAND, 1, payload) == "absurd"
 
 
+@pytest.mark.parametrize("mode", [number for number in pb.Mode.values() if number])
+def test_every_mode_is_taken_and_no_other(tmp_path: Path, mode: int) -> None:
+    """The numbers of the laws have gaps."""
+    expected = {mode: None, max(set(pb.Mode.values()) - {pb.MODE_OWN}) + 1: "absurd"}
+    for number, reason in expected.items():
+        payload = pb.Command(**{**COMMANDED, "mode": number}).SerializeToString()
+        assert Mailbox(reader(COMMAND, tmp_path).fault_in).put(COMMAND, 1, payload) == reason
+
+
 @pytest.mark.parametrize("cycle", [WINDOW, WINDOW + 1, 10**9, 2**32 - 1])
 def test_a_message_of_a_cycle_far_ahead_is_not_kept(cycle: int) -> None:
     mailbox = Mailbox()
