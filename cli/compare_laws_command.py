@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def _complete(text: str) -> list[str]:
-    """Return the laws of the library that begin so."""
+    """Return the laws of the library whose names begin with `text`."""
     return [name for name in builtin() if name.startswith(text)]
 
 

@@ -1,4 +1,4 @@
-"""Options of the commands that read recorded convoys, and how they name what is wrong."""
+"""Options of the commands that read recorded convoys, and how they report bad input."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ SkipOption = Annotated[
 def choice_of_cars(
     cars: str | None, from_s: float | None, to_s: float | None, skip: bool, length_m: float = 5.0
 ) -> Choice:
-    """Return what the options choose of a recording."""
+    """Return the part of a recording that the options choose."""
     named = None if cars is None else tuple(name.strip() for name in cars.split(","))
     return Choice(cars=named, from_s=from_s, to_s=to_s, length_m=length_m, skip_negative_gaps=skip)
 
 
 @contextmanager
 def convoys_refused() -> Iterator[None]:
-    """Print why a recording, or a scenario, is refused, and exit."""
+    """Print why a recording or a scenario is refused, and exit."""
     try:
         yield
     except ScenarioError as error:

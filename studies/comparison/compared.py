@@ -1,4 +1,4 @@
-"""What a comparison finds: for each measure and law, the mean over seeds, and how laws differ."""
+"""The findings of a comparison: means over seeds by measure and law, and how laws differ."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from zenvoy.studies.sweeps.results import Results
 class Finding:
     """A measure of a law: its mean, and the mean of its differences from the first law.
 
-    The differences are between runs of the same seed. Each is None where no run has the measure.
+    The differences are between runs with the same seed. Each is None if no run has the measure.
     """
 
     measure: str
@@ -43,7 +43,7 @@ class Comparison:
         )
 
     def of(self, measure: str) -> tuple[Finding, ...]:
-        """Return what is found for a measure, law by law."""
+        """Return the findings for a measure, law by law."""
         values = [self._by_seed(number, measure) for number in range(1, len(self.laws) + 1)]
         return tuple(
             Finding(
@@ -58,7 +58,7 @@ class Comparison:
         )
 
     def findings(self) -> Iterator[Finding]:
-        """Yield what is found, measure by measure."""
+        """Yield all findings, measure by measure."""
         for measure in self.measures:
             yield from self.of(measure)
 

@@ -46,7 +46,7 @@ _OPTIONS: Final = {  # by the keys of a study
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparing:
-    """What is to be compared: laws by their texts, in a scenario, over seeds."""
+    """A comparison to make: laws, given as texts, in a scenario, over seeds."""
 
     scenario: str
     laws: Sequence[str]
@@ -152,7 +152,7 @@ def _study(asked: Comparing, laws: Sequence[ComparedLaw]) -> StudyFile:
 
 
 def _place(key: str, otherwise: Place | None) -> Place | None:
-    """Return the option that stands for a key of a study; `otherwise` where there is none."""
+    """Return the option that stands for a key of a study; `otherwise` if there is none."""
     return Place(source=_OPTIONS[key]) if key in _OPTIONS else otherwise
 
 

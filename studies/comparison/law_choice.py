@@ -29,12 +29,12 @@ class LawChoice:
 
     @property
     def place(self) -> Place:
-        """Where it is written."""
+        """The option where the law is written."""
         return Place(source=f"--law {self.text}")
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """What is given as parameters of the law."""
+        """The given parameters of the law."""
         return {key: value for key, value in self.given.items() if "." not in key}
 
     def settings(self, model: str) -> dict[str, Any]:

@@ -94,7 +94,7 @@ def _each_loaded(base: Base, choices: Sequence[LawChoice], model: str) -> list[S
 
 
 def _loaded(base: Base, choice: LawChoice, model: str) -> Loaded:
-    """Return the scenario under a law; problems with the law are placed where it is written."""
+    """Return the scenario under a law; problems with the law have the place of its option."""
     settings = [setting_of(key, value) for key, value in choice.settings(model).items()]
     try:
         return base.load(settings)

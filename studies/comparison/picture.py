@@ -21,7 +21,7 @@ _TITLE_WIDTH: Final = 44  # characters
 _LAW_IN: Final = 0.24  # height of a law's row
 _FRAME_IN: Final = 0.75  # height of a panel's title and axis
 _EVEN: Final = {"speed_swing_ratio": 1.0}
-"""Where a measure has a value that separates good from bad."""
+"""The value that separates good from bad, for measures that have one."""
 
 
 def picture(compared: Comparison) -> Picture | None:

@@ -31,7 +31,7 @@ class Ends(NamedTuple):
 
 
 def speeds(compared: Comparison, store: Store) -> Picture | None:
-    """Return the picture for the first seed; None where nothing follows a head."""
+    """Return the picture for the first seed; None if no vehicle follows a head."""
     seed = compared.results.plan.seeds[0]
     found: list[Ends] = []
     for row in compared.results.rows:

@@ -58,7 +58,7 @@ def rows(compared: Comparison) -> list[tuple[Cell, ...]]:
 
 
 def with_interval(mean: Mean | None, seeds: int) -> str | None:
-    """Return text such as "36.70 ± 0.02", and of how many seeds it is if not of all."""
+    """Return text such as "36.70 ± 0.02", with the number of seeds if not all have a value."""
     if mean is None:
         return None
     spread = half(mean)

@@ -1,4 +1,4 @@
-"""Fits a law to every car of a recorded convoy, and tries the fits on another recording."""
+"""Fits a law to every car of a recorded convoy, and tests the fits on other recordings."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def model_named(name: str, *, allow_code: bool = False) -> str:
 
 
 def task_for(convoy: Convoy, model: str, bounds: Bounds) -> Task:
-    """Return what to fit to a convoy; raises ConvoyError."""
+    """Return the task of fitting a law to a convoy; raises ConvoyError."""
     scenario = Scenario.model_validate(values_of(convoy, points=True))
     setpoint = setpoint_at(roster(scenario)[1].targets, 0)
     return Task(

@@ -1,7 +1,7 @@
 """Fits the numbers of a law to a car: bounded least squares on its gaps.
 
-Treiber and Kesting (2013), "Traffic Flow Dynamics", chapter 16: gaps, and not speeds or
-accelerations, are fitted, as their errors cannot drift while the speeds look right.
+It fits gaps instead of speeds or accelerations, because speeds can look right while errors of the
+gap grow (Treiber and Kesting 2013, "Traffic Flow Dynamics", chapter 16).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Fit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """A model to be fitted: its free numbers, its setpoint otherwise, the timing of a vehicle."""
+    """A model to fit: its free numbers, the rest of its setpoint, and the timing of a vehicle."""
 
     model: str
     free: tuple[Free, ...]
@@ -56,7 +56,7 @@ class Task:
 
 
 def fitted(task: Task, pair: Pair) -> Fit:
-    """Return the best fit to a car of several local ones."""
+    """Return the best of several local fits to a car."""
     low = np.array([one.low for one in task.free])
     span = np.array([one.high for one in task.free]) - low
 

@@ -1,8 +1,9 @@
 """Drives one vehicle behind a recorded one by the record of a law.
 
-The timing is that of a scenario: the law decides on what is so at the start of a cycle, and the
-command takes effect after the wait for frames and the delay of the system. The world's motion is
-repeated here for a single pair, as a fit needs thousands of runs; a test holds it to a run.
+The timing is that of a scenario: the law decides with the state at the start of a cycle, and the
+command takes effect after the wait for frames and the delay of the system. This module repeats the
+world's motion for a single pair, because a fit needs thousands of runs; a test compares it with a
+run.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from zenvoy.scenarios.convoys.convoy import Convoy
 
 Floats = NDArray[np.float64]
 
-_MIDDLE = 0.5  # what a law that draws random numbers gets for them: a fit needs the same each time
+_MIDDLE = 0.5  # every random number of a law, because a fit needs the same ones each time
 
 
 class Timing(NamedTuple):
@@ -42,7 +43,7 @@ class Timing(NamedTuple):
 
     @property
     def period_s(self) -> float:
-        """Length of a cycle, s."""
+        """The length of a cycle, s."""
         return self.period_ns * 1e-9
 
 
@@ -107,7 +108,7 @@ def driven(law: Law, parameters: Any, setpoint: Setpoint, pair: Pair, timing: Ti
 
 
 class _Follower:
-    """A vehicle, cycle by cycle, with the commands that are on their way."""
+    """A vehicle, cycle by cycle, with the commands that are not yet in effect."""
 
     def __init__(self, law: Law, parameters: Any, setpoint: Setpoint, timing: Timing) -> None:
         self._law, self._parameters, self._setpoint = law, parameters, setpoint

@@ -25,7 +25,7 @@ _SETPOINT: Final = {
 }
 _FIELDS: Final = {"k_d": "k_d", "k_v": "k_v", "k_c": "k_c", "desired_gap_m": "p_des"}
 _FACTOR: Final = 10.0  # without other limits a parameter is within 1/10 and 10 times its default
-_WIDE: Final = 1e6  # an upper limit beyond this is not that of a sensible value
+_WIDE: Final = 1e6  # a higher upper limit does not bound sensible values
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
