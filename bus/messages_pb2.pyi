@@ -42,6 +42,8 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_CACC: _Mode.ValueType  # 7
     MODE_ACC: _Mode.ValueType  # 8
     MODE_IDM: _Mode.ValueType  # 9
+    MODE_FOLLOWER_STOPPER: _Mode.ValueType  # 10
+    MODE_PI: _Mode.ValueType  # 11
     MODE_PLOEG: _Mode.ValueType  # 12
     MODE_OWN: _Mode.ValueType  # 64
     """to 127: the scenario's own laws, see metadata zenvoy.laws"""
@@ -60,6 +62,8 @@ MODE_FALLBACK_FM: Mode.ValueType  # 6
 MODE_CACC: Mode.ValueType  # 7
 MODE_ACC: Mode.ValueType  # 8
 MODE_IDM: Mode.ValueType  # 9
+MODE_FOLLOWER_STOPPER: Mode.ValueType  # 10
+MODE_PI: Mode.ValueType  # 11
 MODE_PLOEG: Mode.ValueType  # 12
 MODE_OWN: Mode.ValueType  # 64
 """to 127: the scenario's own laws, see metadata zenvoy.laws"""

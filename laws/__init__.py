@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from zenvoy.laws.arithmetic import clipped, known, larger, root, smaller, where
+from zenvoy.laws.arithmetic import clipped, known, larger, root, share, smaller, where
 from zenvoy.laws.estimator import Estimator, LinearModel, Tracker
 from zenvoy.laws.law import (
     Column,
@@ -41,6 +41,7 @@ __all__ = [
     "parameters_from",
     "register",
     "root",
+    "share",
     "smaller",
     "where",
 ]

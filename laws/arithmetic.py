@@ -49,6 +49,11 @@ def clipped(value: Number, limit: Number) -> Number:
     return larger(-limit, smaller(limit, value))
 
 
+def share(value: Number, low: Number, high: Number) -> Number:
+    """Return how far a value is on the way from `low` to `high`, within [0, 1]."""
+    return larger(0.0, smaller(1.0, (value - low) / (high - low)))
+
+
 def root(value: Number) -> Number:
     """Return the square root, which IEEE 754 rounds correctly; NaN below 0."""
     if isinstance(value, _SCALARS):

@@ -81,6 +81,11 @@ BUILT_IN: Final = {
     "platoons": ("mixed/platoons", ()),
     "time headway": ("following/acc", ()),
     "drivers": ("following/idm", ()),
+    "a car that stops waves": (
+        "ring/follower-stopper",
+        ("control.schedule.0.at_s=4", "control.schedule.1.at_s=12"),
+    ),
+    "a car that remembers": ("ring/pi", ("control.schedule.0.at_s=4",)),
     "feedforward": ("plexe/ploeg", ()),
     "probe": ("probes/pbcm", ()),
     "unicast": ("technologies/5g-mmwave", ()),

@@ -41,7 +41,7 @@ def acceleration(seen, own):
 
 
 LAW = Law(
-    name="PI",
+    name="Remembering",
     acceleration=acceleration,
     parameters=Parameters,
     columns=(Column("gap_error", "m"), Column("late", "1")),
@@ -139,7 +139,7 @@ def test_arrays_write_the_log_of_the_in_process_bus(here: Path, arguments: tuple
 
 def test_logged_values_of_a_law_are_read_from_the_log_of_arrays(here: Path) -> None:
     run = api.run("own.yaml", engine="arrays", out="o")
-    found = run.estimate["PI.gap_error"]
+    found = run.estimate["Remembering.gap_error"]
     assert found.shape == (60, 3)
     assert (found[:, 1:] == found[:, 1:]).all()  # the first vehicle has nobody ahead
 
@@ -311,7 +311,7 @@ def test_a_law_that_fails_during_a_run_is_named_with_its_vehicle(here: Path, eng
     changes = ("--set", "control.parameters.breaks_at=30")
     outcome = zenvoy(here, "run", "own.yaml", *changes, "--engine", engine, "--out", "o")
     assert outcome.code == 3
-    expected = "law PI raised ZeroDivisionError: float division by zero (pi.py, line 21)"
+    expected = "law Remembering raised ZeroDivisionError: float division by zero (pi.py, line 21)"
     assert outcome.err.splitlines()[0] == f"vehicle-02 died: {expected}"
     log = load(here / "o" / "run.mcap")
     assert log.cycles >= 28

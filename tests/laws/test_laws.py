@@ -228,9 +228,10 @@ def test_choices_are_the_same_on_arrays(a: float, b: float, limit: float) -> Non
 
 
 def test_the_modes_of_the_library_are_those_of_the_messages() -> None:
+    """MODE_FOLLOWER_STOPPER is that of FollowerStopper."""
+    named = {name.replace("_", ""): number for name, number in pb.Mode.items()}
     for law in builtin().values():
-        name = law.name.upper().replace("-", "_")
-        assert law.mode == pb.Mode.Value(f"MODE_{name}")
+        assert law.mode == named[f"MODE{law.name.replace('-', '')}".upper()]
 
 
 def test_a_colour_is_a_laws_own() -> None:
