@@ -7,11 +7,29 @@ from itertools import pairwise
 from typing import Final
 
 from zenvoy.vehicles.motion import Motion
-from zenvoy.vehicles.steps import NS
+from zenvoy.vehicles.steps import NS, Number
 
 # How a plan follows the last command: 3 time constants in steps of a quarter, then the command.
-_STEPS: Final = 12
+STEPS: Final = 12
 _PER_LAG: Final = 4
+
+
+def step_ns(lag_s: float) -> int:
+    """Return the length of a step with which a plan follows the last command, ns."""
+    return round(lag_s / _PER_LAG / NS)
+
+
+def followed(
+    a: Number, command: Number, lag_s: Number, dt: Number, decay: Number
+) -> tuple[Number, Number]:
+    """Return acceleration (m/s²) and change of speed (m/s) after dt (s) from acceleration a on.
+
+    decay is e^(-dt / lag_s). All of them are floats or arrays.
+    """
+    return (
+        command + (a - command) * decay,
+        command * dt + (a - command) * lag_s * (1.0 - decay),
+    )
 
 
 class Commanded(Motion):
@@ -39,7 +57,7 @@ class LaggedCommands:
 
     def __init__(self, lag_s: float) -> None:
         self._lag_s = lag_s
-        self._step_ns = round(lag_s / _PER_LAG / NS)
+        self._step_ns = step_ns(lag_s)
         self._start_ns, self._start = 0, 0.0  # acceleration at an instant
         self._from_ns, self._command = [0], [0.0]
 
@@ -69,7 +87,7 @@ class LaggedCommands:
         self.restart(time_ns, a)
         times = [time_ns, *(t for t in self._from_ns if t > time_ns)]
         last_ns = times[-1]
-        times += [last_ns + number * self._step_ns for number in range(1, _STEPS + 1)]
+        times += [last_ns + number * self._step_ns for number in range(1, STEPS + 1)]
         values = []
         for t0_ns, t1_ns in pairwise(times):
             a, dv = self._over(t0_ns, t1_ns, a)
@@ -84,9 +102,8 @@ class LaggedCommands:
             if until_ns <= now_ns:
                 continue
             dt = (until_ns - now_ns) * NS
-            decay = math.exp(-dt / self._lag_s)
-            dv += command * dt + (a - command) * self._lag_s * (1.0 - decay)
-            a = command + (a - command) * decay
+            a, change = followed(a, command, self._lag_s, dt, math.exp(-dt / self._lag_s))
+            dv += change
             now_ns = until_ns
         return a, dv
 

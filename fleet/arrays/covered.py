@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from zenvoy.laws import Law, builtin, law_of
+from zenvoy.laws import builtin, law_of
 from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
@@ -57,10 +57,6 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
     predicts = any(law_of(model).needs.prediction for model, _ in phases)
     if predicts and scenario.estimator.kind != "kalman":
         yield _line("estimator.kind", name_of(scenario.estimator.kind), "kalman")
-    lags_s = {one.lag_s for one in roster(scenario)}
-    if lags_s != {0.0} and any(_uses_plans(law_of(model)) for model, _ in phases):
-        what = f"{max(lags_s):g} with a law that uses plans"
-        yield _line("vehicle.actuator_lag_s", what, "null")
     if predicts and scenario.control.neighbour_state == "position":
         yield from _of_memory(scenario)
     for model, given in phases:
@@ -73,12 +69,6 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
                     f"{_key_of(scenario, model)}: {name_of(model)} does not run on arrays: {fault};"
                     " allowed: a law for floats and arrays (docs/arrays.md)"
                 )
-
-
-def _uses_plans(law: Law) -> bool:
-    """Return whether a law uses the plans of vehicles: it predicts, or uses reports of others."""
-    needs = law.needs
-    return needs.prediction or needs.predecessor or needs.leader
 
 
 def _key_of(scenario: Scenario, model: str) -> str:

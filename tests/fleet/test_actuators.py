@@ -24,10 +24,10 @@ events:
 """
 
 
-def test_processes_and_one_process_log_the_same(tmp_path: Path) -> None:
+def test_all_engines_log_the_same(tmp_path: Path) -> None:
     logs = {
         engine: run(tmp_path / engine, SCENARIO, "--engine", engine)
-        for engine in ("processes", "in-process")
+        for engine in ("processes", "in-process", "arrays")
     }
     prints = {log.result["fingerprint"] for log in logs.values()}
     assert len(prints) == 1

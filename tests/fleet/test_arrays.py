@@ -139,9 +139,8 @@ LATENCY: Final = st.one_of(
         {"distribution": "samples", "samples_ms": [5, 20, 150], "sender_offset": {"max_ms": 90}}
     ),
 )
-# A lag is rare, since a law that predicts does not run on arrays with one.
 VEHICLE: Final = st.fixed_dictionaries(
-    {"actuator_lag_s": st.sampled_from([None, None, None, None, None, 0.1, 0.5])},
+    {"actuator_lag_s": st.sampled_from([None, 0.001, 0.1, 0.5, 3.0])},
     optional={
         "max_acceleration_mps2": st.floats(0.5, 5.0),
         "max_deceleration_mps2": st.floats(0.5, 9.0),
@@ -189,9 +188,11 @@ def whole_scenarios(draw: st.DrawFn) -> Scenario:
         events.append({**sine, "amplitude_mps": 3.0, "frequency_hz": 0.5})
     rules = draw(st.lists(st.fixed_dictionaries({"loss": LOSS, "latency": LATENCY}), max_size=1))
     outages = [{"from_s": 1.0, "until_s": 2.5, "source": "1-2"}] if draw(st.booleans()) else []
-    wait_ms = draw(st.sampled_from([0.0, 10.4, 11.0, 50.0, 99.0]))
+    period_ms = draw(st.sampled_from([100.0, 100.0, 50.0]))
+    wait_ms = draw(st.sampled_from([0.0, 10.4, 11.0, 0.5 * period_ms, period_ms - 1.0]))
     values = {
         "duration_s": draw(st.floats(1.0, 6.0)),
+        "period_ms": period_ms,
         "seed": draw(st.integers(0, 2**63 - 1)),
         "on_collision": draw(st.sampled_from(["continue", "stop"])),
         "road": {"type": "ring" if ring else "open"},

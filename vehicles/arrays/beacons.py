@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.vehicles.arrays.plans import Plan, no_plan
+from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows
 from zenvoy.vehicles.arrays.timing import Timing
 
@@ -53,8 +53,7 @@ class Link:
         self.cycle = np.full(count, -1, dtype=np.int64)
         """Cycle of the newest beacon; -1 if there is none yet."""
         position, speed, acceleration, gap, relative_speed = np.zeros((5, count))
-        plan = no_plan(timing, count)
-        self.newest = Beacons(position, speed, acceleration, gap, relative_speed, plan)
+        self.newest = Beacons(position, speed, acceleration, gap, relative_speed, Plan(()))
         self._uniform: int | None = None  # the cycle of every newest beacon, if it is the same
         self._everywhere = bool(self.exists.all())
 
@@ -70,12 +69,12 @@ class Link:
             self.newest, self._uniform = heard, cycle
             self.cycle = np.full(len(self.sender), cycle)
         else:
-            newest = self.newest
+            newest, count = self.newest, len(self.sender)
             for column, new in zip(newest[:5], heard[:5], strict=True):
                 column[rows] = new
             self.newest = newest._replace(
-                plan=newest.plan.put(rows, heard.plan),
-                command=_put(newest.command, rows, heard.command, len(self.sender)),
+                plan=newest.plan.put(rows, heard.plan, count),
+                command=_put(newest.command, rows, heard.command, count),
             )
             self.cycle[rows], self._uniform = cycle, None
         return heard

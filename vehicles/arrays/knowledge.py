@@ -16,7 +16,7 @@ from zenvoy.vehicles.arrays.beacons import Beacons, Link
 from zenvoy.vehicles.arrays.filters import LinkFilters, SpeedFilters
 from zenvoy.vehicles.arrays.links import Links, gap_then
 from zenvoy.vehicles.arrays.own import OwnMotion
-from zenvoy.vehicles.arrays.plans import Plan
+from zenvoy.vehicles.arrays.plans import Plan, Stretch
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, everywhere, within
 from zenvoy.vehicles.arrays.timing import Timing
@@ -169,7 +169,7 @@ class Estimators:
         for age, members in ages.items():
             t1_ns = age * timing.period_ns + until_ns
             mine = self._own.over(cycle - age, until_ns, members)
-            dp, dv = link.newest.plan.of(members).over(timing, 0, t1_ns)
+            dp, dv = link.newest.plan.of(members).over(timing.starts_ns, Stretch(0, t1_ns))
             if not looks_back:
                 known = self._known_ahead[members]
                 dp, dv = np.where(known, dp, 0.0), np.where(known, dv, 0.0)
@@ -227,7 +227,7 @@ class Estimators:
             else:
                 t1_ns = age * timing.period_ns
                 plan = newest.plan.of(rows)
-                mean[rows] = plan.mean(timing, t1_ns - timing.period_ns, t1_ns)
+                mean[rows] = plan.mean(timing.starts_ns, Stretch(t1_ns - timing.period_ns, t1_ns))
         mean[~self._known_ahead] = 0.0
         return mean
 
@@ -235,11 +235,12 @@ class Estimators:
         """Return the planned motion of the vehicle ahead in the `until_ns` after t_cycle."""
         newest, timing = self._ahead.newest, self._timing
         if self._ahead.all_of(cycle):
-            return newest.plan.over(timing, 0, until_ns)
+            return newest.plan.over(timing.starts_ns, Stretch(0, until_ns))
         dp, dv = (np.zeros(len(self._ahead.sender)) for _ in range(2))
         for age, rows in self._ahead.ages(cycle).items():
             t0_ns = age * timing.period_ns
-            dp[rows], dv[rows] = newest.plan.of(rows).over(timing, t0_ns, t0_ns + until_ns)
+            stretch = Stretch(t0_ns, t0_ns + until_ns)
+            dp[rows], dv[rows] = newest.plan.of(rows).over(timing.starts_ns, stretch)
         dp[~self._known_ahead] = 0.0
         dv[~self._known_ahead] = 0.0
         return dp, dv
@@ -272,10 +273,7 @@ def _planned(timing: Timing, plan: Plan, of_cycle: Ints, at: int, cycle: int) ->
     for begin in np.unique(of_cycle).tolist():
         rows = np.flatnonzero(of_cycle == begin)
         oldest_ns = (cycle - begin) * timing.period_ns - timing.keep_ns
-        starts_ns = timing.starts_ns
-        first = 0
-        while first + 1 < len(starts_ns) and starts_ns[first + 1] < oldest_ns:
-            first += 1
         t0_ns = (at - begin) * timing.period_ns
-        mean[rows] = plan.of(rows).mean(timing, t0_ns, t0_ns + timing.period_ns, first)
+        stretch = Stretch(t0_ns, t0_ns + timing.period_ns, oldest_ns=oldest_ns)
+        mean[rows] = plan.of(rows).mean(timing.starts_ns, stretch)
     return mean

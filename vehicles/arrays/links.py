@@ -74,7 +74,7 @@ def reported(link: Link, cycle: int, from_m: Floats, steps: Floats | float) -> R
     newest = link.newest
     motion = Motion(
         newest.speed,
-        newest.plan.values[0],
+        newest.plan.values[0] if newest.plan.values else newest.acceleration,
         newest.position - from_m,
         link.age_ns(cycle) * NS,
         NAN if newest.command is None else newest.command,

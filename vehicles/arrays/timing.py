@@ -42,3 +42,7 @@ class Timing:
         """The times after t_k at which commands known at t_k take effect; the first is in force."""
         under_way = range(1, self.lag)
         return (0, *((i - self.lag) * self.period_ns + self.effect_ns for i in under_way))
+
+    def starts_of(self, known: int) -> tuple[int, ...]:
+        """Return the first of `starts_ns` and the last known - 1, for that many known commands."""
+        return (0, *self.starts_ns[self.lag - known + 1 :])

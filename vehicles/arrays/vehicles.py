@@ -53,7 +53,6 @@ class Vehicles:
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         first = scenarios[0]
         size, runs = first.fleet.size, len(scenarios)
-        count = size * runs
         self.timing = Timing.of(first)
         self._by_position = first.control.neighbour_state == "position"
         settings = [one for scenario in scenarios for one in roster(scenario)]
@@ -80,9 +79,11 @@ class Vehicles:
         if first.ring_length_m is None:
             self._first, self._last = number == 0, number == size - 1
             self._radar = np.flatnonzero(~self._first)
-        self.own = OwnMotion(self.timing, count)
+        predicts = any(one.prediction for one in needs)
+        lag_s = np.array([one.lag_s for one in settings])
+        self.own = OwnMotion(self.timing, lag_s, predicts=predicts)
         self.estimators: Estimators | None = None
-        if any(one.prediction for one in needs):
+        if predicts:
             self.estimators = Estimators(
                 first, self.timing, self.own, self.links, by_position=self._by_position
             )
