@@ -45,6 +45,7 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_FOLLOWER_STOPPER: _Mode.ValueType  # 10
     MODE_PI: _Mode.ValueType  # 11
     MODE_PLOEG: _Mode.ValueType  # 12
+    MODE_DCACC: _Mode.ValueType  # 13
     MODE_OWN: _Mode.ValueType  # 64
     """to 127: the scenario's own laws, see metadata zenvoy.laws"""
 
@@ -65,6 +66,7 @@ MODE_IDM: Mode.ValueType  # 9
 MODE_FOLLOWER_STOPPER: Mode.ValueType  # 10
 MODE_PI: Mode.ValueType  # 11
 MODE_PLOEG: Mode.ValueType  # 12
+MODE_DCACC: Mode.ValueType  # 13
 MODE_OWN: Mode.ValueType  # 64
 """to 127: the scenario's own laws, see metadata zenvoy.laws"""
 Global___Mode: _TypeAlias = Mode  # noqa: Y015

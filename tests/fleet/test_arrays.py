@@ -87,6 +87,7 @@ BUILT_IN: Final = {
     ),
     "a car that remembers": ("ring/pi", ("control.schedule.0.at_s=4",)),
     "feedforward": ("plexe/ploeg", ()),
+    "silence": ("plexe/dcacc", ("channel.outages.0.from_s=5", "channel.outages.0.until_s=15")),
     "probe": ("probes/pbcm", ()),
     "unicast": ("technologies/5g-mmwave", ()),
     "stopped by a collision": ("paper/case-01", ("on_collision=stop", "control.gains.k_d=3")),
