@@ -10,6 +10,7 @@ from rich.console import Console
 
 from zenvoy.analysis.chapters.contents import chapters
 from zenvoy.analysis.chapters.overview import overview_section
+from zenvoy.analysis.chapters.recorded import recorded_section
 from zenvoy.analysis.compare.comparison import Compared, comparison_page
 from zenvoy.analysis.log.arrays import LogError
 from zenvoy.analysis.log.load import Run, load
@@ -18,6 +19,7 @@ from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.files import csv_bytes, write_whole
 from zenvoy.analysis.page.html import Page, render
 from zenvoy.analysis.page.report import report_page
+from zenvoy.analysis.page.section import Section
 from zenvoy.bus.clock import stamp
 from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
@@ -25,21 +27,31 @@ from zenvoy.cli.labels import LabelError, labels_for
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.sections import print_section
 from zenvoy.fleet.requests import interruptible
+from zenvoy.scenarios import Problem, ScenarioError
+from zenvoy.scenarios.convoys.cutting import Choice
+from zenvoy.scenarios.convoys.errors import ConvoyError
+from zenvoy.scenarios.convoys.reading import read_convoy
 
 
 class OutError(Exception):
     """The output folder cannot be made."""
 
 
-def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> int:
-    """Print the summary and chapters of a log, and write its report; return the exit code."""
+def analyze(
+    log: Path, out: Path | None, console: Console, errors: Console, recorded: Path | None = None
+) -> int:
+    """Print the summary and chapters of a log, and write its report; return the exit code.
+
+    `recorded` is a recording to compare with, as an import has kept it.
+    """
     try:
         run = _with_motion(log)
+        real = () if recorded is None else (_beside_recording(run, recorded),)
         folder = folder_for(log.parent / f"{log.stem}-analysis" if out is None else out)
         for note in run.notes:
             errors.print(f"{log}: {note}")
         with damage_as_log_error(run):
-            summary, sections = summary_of(run), chapters(run)
+            summary, sections = summary_of(run), (*real, *chapters(run))
 
             def print_result() -> None:
                 print_summary(console, summary)
@@ -48,9 +60,18 @@ def analyze(log: Path, out: Path | None, console: Console, errors: Console) -> i
 
             page = report_page(run, (overview_section(run, summary), *sections))
             return write_page(page, "report.html", folder, console, errors, print_result)
-    except (LogError, OutError) as error:
+    except (LogError, OutError, ScenarioError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT
+
+
+def _beside_recording(run: Run, recorded: Path) -> Section:
+    """Return the chapter that compares a run with a recording; raises ScenarioError."""
+    convoy = read_convoy(recorded, Choice())
+    try:
+        return recorded_section(run, convoy)
+    except ValueError as error:
+        raise ConvoyError([Problem(key=f"--recorded {recorded}", text=str(error))]) from None
 
 
 def compare(

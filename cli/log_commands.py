@@ -55,6 +55,10 @@ def analyze(
     out: Annotated[
         Path | None, typer.Option(help="Folder [default: <log>-analysis beside the log].")
     ] = None,
+    recorded: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Import of a convoy, to compare its cars with."),
+    ] = None,
 ) -> None:
     """Print a summary of a log and write a report.
 
@@ -62,7 +66,7 @@ def analyze(
     """
     from zenvoy.cli.analyze import analyze
 
-    raise typer.Exit(analyze(log, out, console, errors))
+    raise typer.Exit(analyze(log, out, console, errors, recorded))
 
 
 def compare(

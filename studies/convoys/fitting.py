@@ -20,6 +20,8 @@ from zenvoy.studies.convoys.free import Free, values_at
 
 _STARTS: Final = 4  # the law's own values, and points spread over the ranges
 _EVALUATIONS: Final = 60  # of the gaps and their derivatives, for each start
+_STEP: Final = 1e-4  # for derivatives, as a share of a number
+_TOLERANCE: Final = 1e-4  # relative: the errors of a fit are told with three digits
 _AT_BOUND: Final = 1e-3  # share of the range
 _FAILED_M: Final = 1e3  # error of every gap where the law returns no number
 
@@ -72,8 +74,16 @@ def fitted(task: Task, pair: Pair) -> Fit:
 
     best: Any = None
     for start in _starts(task, low, span):
-        found = least_squares(residuals, start, bounds=(0.0, 1.0), max_nfev=_EVALUATIONS,
-                              diff_step=1e-4, x_scale="jac")  # fmt: skip
+        found = least_squares(
+            residuals,
+            start,
+            bounds=(0.0, 1.0),
+            x_scale="jac",
+            diff_step=_STEP,
+            ftol=_TOLERANCE,
+            xtol=_TOLERANCE,
+            max_nfev=_EVALUATIONS,
+        )
         best = found if best is None or found.cost < best.cost else best
     at_end = (best.x < _AT_BOUND) | (best.x > 1.0 - _AT_BOUND)
     chosen = values(best.x)
