@@ -113,7 +113,7 @@ LOSS = LossModel(
     default=None,
     effect=Effect.LOSS_CHANCE,
     start=start,
-    meaning="path_loss null: power is no matter.",
+    meaning="path_loss null: the received power does not matter.",
     place=2,
     purpose=26,
 )

@@ -26,7 +26,7 @@ _WIDTH: Final = 92  # characters per line in the description of a section
 
 def _loss_section() -> type[Section]:
     """Return the section `loss`, with a key for each loss model."""
-    head = "What a receiver misses: a frame is lost if any of these says so, each link for itself."
+    head = "A receiver misses a frame if any of these models says so. Links are independent."
     models = loss_models().values()
     text = fill(" ".join(model.meaning for model in models if model.meaning), _WIDTH)
     keys: dict[str, Any] = {model.key: (model.value, model.default) for model in models}
@@ -38,7 +38,7 @@ def _loss_section() -> type[Section]:
 if TYPE_CHECKING:
 
     class Loss(Section):
-        """What a receiver misses; its keys are those of `zenvoy.links.table.loss_models`."""
+        """The loss of frames; its keys are those of `zenvoy.links.table.loss_models`."""
 
         def __init__(self, **values: Any) -> None: ...
         def __getattr__(self, key: str) -> Any: ...

@@ -41,7 +41,7 @@ def under_attack(
         timeout=2 * LIMIT_S,
         check=False,
     )
-    assert (ended.returncode, ended.stderr) == (0, ""), ended
+    assert (ended.returncode, ended.stderr) == (0, ""), ended.stderr
     log = read_log(folder / "out" / "run.mcap")
     assert log.result["end"] == "complete"
     logs = {path.stem: path for path in (folder / "out" / "logs").iterdir()}
