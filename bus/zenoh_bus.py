@@ -14,6 +14,7 @@ from zenvoy.bus.topics import Topic
 from zenvoy.bus.watch import Blame
 
 _WARY_STEPS: Final = 100  # steps after the last refused message
+_ROOM_FOR_OTHERS: Final = 512  # messages of other programs that may wait in a queue
 _MAX_ROUNDS: Final = 1_000  # of emptying queues that fill again, before the awaited one is read
 
 
@@ -106,7 +107,7 @@ class ZenohBus(Connection):
     @property
     def _capacity(self) -> int:
         """The number of messages of a topic that may wait to be read."""
-        return 8 * len(self._wiring.vehicles) + 64
+        return 8 * len(self._wiring.vehicles) + _ROOM_FOR_OTHERS
 
     def _blame(self, in_any_case: bool) -> Blame | None:
         """Return what is missing; None if the world is late and may still report the stall."""

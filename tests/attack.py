@@ -256,7 +256,8 @@ class Bundler:
 class Turns:
     """The world announces its cycle, and in lock-step waits until the attacker is done.
 
-    So every cycle has the same number of mutants, however busy the machine is.
+    So every cycle has the same number of mutants, however busy the machine is. The mutants of two
+    cycles must fit in a queue of the world, which reads none while it waits here.
     """
 
     def __init__(self, *, realtime: bool) -> None:
