@@ -12,7 +12,15 @@ from zenvoy.scenarios.schema.courses import Targets, course
 from zenvoy.scenarios.schema.sets import drawn, members
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import Gains, Scenario, Switch, Vehicle
+    from zenvoy.scenarios.schema.scenario import (
+        Control,
+        Fleet,
+        Gains,
+        Group,
+        Scenario,
+        Switch,
+        Vehicle,
+    )
 
 _NS_PER_S = 1_000_000_000
 
@@ -65,18 +73,36 @@ class Settings:
         return frozenset(phase.model for phase in self.phases)
 
 
-@lru_cache(maxsize=4)
 def roster(scenario: Scenario) -> tuple[Settings, ...]:
-    """Return the settings of vehicles 1..size, in order; the scenario must be valid."""
-    sets = group_members(scenario)
-    size = scenario.fleet.size
-    texts = {switch.vehicles for switch in scenario.control.schedule}
-    named = {text: members(text, size, sets) for text in texts if text is not None}
+    """Return the settings of vehicles 1..size, in order; the scenario must be valid.
+
+    Scenarios that differ only in a seed that draws no group share one result.
+    """
+    sets = tuple(group_members(scenario).items())
+    return _roster(scenario.control, scenario.fleet, scenario.vehicle, sets)
+
+
+@lru_cache(maxsize=32)
+def _roster(
+    control: Control, fleet: Fleet, vehicle: Vehicle, sets: tuple[tuple[str, frozenset[int]], ...]
+) -> tuple[Settings, ...]:
+    by_name = dict(sets)
+    texts = {switch.vehicles for switch in control.schedule}
+    named = {text: members(text, fleet.size, by_name) for text in texts if text is not None}
     entries: list[Entry] = [
         (switch, None if switch.vehicles is None else named[switch.vehicles])
-        for switch in scenario.control.schedule
+        for switch in control.schedule
     ]
-    return tuple(_settings(scenario, v, sets, entries) for v in range(1, size + 1))
+    numbers = range(1, fleet.size + 1)
+    return tuple(
+        _settings(control, _groups(fleet, number, by_name), vehicle, number, entries)
+        for number in numbers
+    )
+
+
+def _groups(fleet: Fleet, number: int, sets: Mapping[str, frozenset[int]]) -> list[Group]:
+    """Return the groups of a vehicle; later ones come first, as they override earlier ones."""
+    return [group for group in reversed(fleet.groups) if number in sets[group.name]]
 
 
 def group_members(scenario: Scenario) -> dict[str, frozenset[int]]:
@@ -92,14 +118,8 @@ def group_members(scenario: Scenario) -> dict[str, frozenset[int]]:
 
 
 def _settings(
-    scenario: Scenario,
-    vehicle: int,
-    sets: dict[str, frozenset[int]],
-    entries: list[Entry],
+    control: Control, mine: list[Group], fleet_vehicle: Vehicle, vehicle: int, entries: list[Entry]
 ) -> Settings:
-    control = scenario.control
-    # Later groups override earlier ones.
-    mine = [g for g in reversed(scenario.fleet.groups) if vehicle in sets[g.name]]
     own_model = next((g for g in mine if g.model is not None), None)
     own_gains = next((g.gains for g in mine if g.gains is not None), None)
     gap_m = next((g.desired_gap_m for g in mine if g.desired_gap_m is not None), None)
@@ -123,7 +143,7 @@ def _settings(
         for switch, whom in entries
         if switch.model is not None and _concerns(vehicle, whom, "model", of_groups)
     ]
-    own_vehicle = [scenario.vehicle, *(g.vehicle for g in reversed(mine) if g.vehicle is not None)]
+    own_vehicle = [fleet_vehicle, *(g.vehicle for g in reversed(mine) if g.vehicle is not None)]
     return Settings(
         phases=tuple(phases),
         gains=gains,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -19,7 +20,7 @@ from zenvoy.scenarios import (
     Switch,
 )
 from zenvoy.scenarios import load as load_scenario
-from zenvoy.scenarios.schema.roster import group_members, roster
+from zenvoy.scenarios.schema.roster import Settings, group_members, roster
 from zenvoy.scenarios.schema.sets import drawn, members
 
 HUMANS = frozenset({2, 5})
@@ -173,3 +174,12 @@ def test_wrong_weights_are_refused(tmp_path: Path, weights: object) -> None:
     file.write_text(f"control: {{multi_node: {{weights: {weights!r}}}}}".replace("None", "null"))
     with pytest.raises(ScenarioError, match="is not least-squares, uniform, or a list of numbers"):
         load_scenario(file)
+
+
+def test_seeds_share_settings_unless_they_draw_a_group() -> None:
+    def of_seed(seed: int, **group: Any) -> tuple[Settings, ...]:
+        return roster(Scenario(seed=seed, fleet=Fleet(groups=(Group(name="a", **group),))))
+
+    assert of_seed(1, vehicles="1-3", model="FM") is of_seed(2, vehicles="1-3", model="FM")
+    assert of_seed(1, share=0.5, model="FM") != of_seed(2, share=0.5, model="FM")
+    assert of_seed(1, share=0.5, model="FM") == of_seed(1, share=0.5, model="FM")
