@@ -14,6 +14,7 @@ from zenvoy.analysis.chapters.recorded import recorded_section
 from zenvoy.analysis.compare.comparison import Compared, comparison_page
 from zenvoy.analysis.log.arrays import LogError
 from zenvoy.analysis.log.load import Run, load
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.summary import summary_of
 from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.files import csv_bytes, write_whole
@@ -54,7 +55,7 @@ def analyze(
             summary, sections = summary_of(run), (*real, *chapters(run))
 
             def print_result() -> None:
-                print_summary(console, summary)
+                print_summary(console, summary, spacing_of(run.scenario))
                 for section in sections:
                     print_section(console, section)
 

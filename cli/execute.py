@@ -9,6 +9,7 @@ from shlex import quote
 from rich.console import Console
 
 from zenvoy.analysis.log.arrays import LogError, as_json
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.summary import summarize
 from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
@@ -20,7 +21,7 @@ from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
 from zenvoy.fleet.guests import NO_GUESTS, Guests
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.run import Watch, run
-from zenvoy.scenarios import Loaded
+from zenvoy.scenarios import Loaded, Scenario
 
 
 def execute(
@@ -59,7 +60,7 @@ def execute(
     if death is not None:
         code = _code_of(death)
         _print_death(death, errors, "" if code else "; it had done its work: the run is complete")
-    if (folder / LOG).exists() and not _summarize(folder, console, errors):
+    if (folder / LOG).exists() and not _summarize(folder, loaded.scenario, console, errors):
         code = code or exits.FAILED
     console.print(f"written to {folder}", highlight=False, soft_wrap=True)
     return code
@@ -77,7 +78,7 @@ def _print_death(death: Death, errors: Console, then: str = "") -> None:
         errors.print(f"  {line}")
 
 
-def _summarize(folder: Path, console: Console, errors: Console) -> bool:
+def _summarize(folder: Path, scenario: Scenario, console: Console, errors: Console) -> bool:
     """Write the summary of the run and print it; return whether that succeeded."""
     try:
         summary = summarize(folder / LOG)
@@ -93,5 +94,5 @@ def _summarize(folder: Path, console: Console, errors: Console) -> bool:
         errors.print(f"no summary: {shortage_of(error)}")
         return False
     if summary["cycles"]:
-        print_summary(console, summary)
+        print_summary(console, summary, spacing_of(scenario))
     return True

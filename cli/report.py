@@ -11,6 +11,7 @@ from rich.table import Table
 from zenvoy.analysis.log.checks import Check
 from zenvoy.analysis.log.facts import Facts
 from zenvoy.analysis.measures.metrics import meaningful_r2
+from zenvoy.analysis.measures.spacing import Spacing
 from zenvoy.bus.log_metadata import CHECKSUM
 from zenvoy.scenarios import Technology
 
@@ -24,18 +25,18 @@ _LATENESS: Final = {
 _UNKNOWN: Final = "–"
 
 
-def print_summary(console: Console, summary: dict[str, Any]) -> None:
-    """Print the summary of a run, one line per figure."""
+def print_summary(console: Console, summary: dict[str, Any], spacing: Spacing) -> None:
+    """Print the summary of a run, one line per figure, with gaps as `spacing` shows them."""
     title = f"{summary['scenario']}, seed {summary['seed']}"
     table = Table(title=title, show_header=False)
     table.add_column(no_wrap=True)
     table.add_column(overflow="fold")
-    for name, value in _lines(summary):
+    for name, value in _lines(summary, spacing):
         table.add_row(name, value)
     console.print(table)
 
 
-def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
+def _lines(summary: dict[str, Any], spacing: Spacing) -> list[tuple[str, str]]:
     missing = "not valid" if summary["end"] else "not logged"
     lines = [
         ("end", summary["end"] or "not logged"),
@@ -47,7 +48,7 @@ def _lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ),
     ]
     if "distance_m" in summary:
-        lines += _distance_lines(summary)
+        lines += _distance_lines(summary, spacing)
     lines += [
         ("collisions", str(summary["collisions"])),
         ("fallbacks to FM", str(summary["fallbacks"])),
@@ -74,11 +75,13 @@ def _real_time_lines(found: dict[str, Any] | None) -> list[tuple[str, str]]:
     ]
 
 
-def _distance_lines(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    lines = [("smallest gap", f"{summary['smallest_gap_m']:.2f} m")]
+def _distance_lines(summary: dict[str, Any], spacing: Spacing) -> list[tuple[str, str]]:
+    lines = [("gaps", spacing.words)] if spacing.words else []
+    lines.append(("smallest gap", f"{spacing.shown(float(summary['smallest_gap_m'])):.2f} m"))
     for span, distance in summary["distance_m"].items():
         if distance is not None:
-            text = f"{distance['min']:.2f} / {distance['max']:.2f} m"
+            low_m, high_m = (spacing.shown(float(distance[key])) for key in ("min", "max"))
+            text = f"{low_m:.2f} / {high_m:.2f} m"
             lines.append((f"MinDistance / MaxDistance, {span.replace('_', ' ')}", text))
     spread = summary["speed_spread_at_100_s_mps"]
     if spread is not None:

@@ -12,6 +12,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.metrics import largest_gaps, smallest_gaps
 from zenvoy.analysis.measures.motion import Band, over_windows
 from zenvoy.analysis.measures.safety import smallest, time_headway, time_to_collision
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.style import CYCLE, THEORY, figure_legend, legend, subplots
@@ -33,8 +34,8 @@ _SLOW_MPS: Final = 0.1
 
 def distance_bars(run: Run) -> Figure:
     """Draw MinDistance and MaxDistance over time, with error bars (paper Section IV)."""
-    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
-    time_s = run.time_s
+    time_s, spacing = run.time_s, spacing_of(run.scenario)
+    gap = spacing.shown(gaps(run.truth["position"], run.scenario.ring_length_m))
     width_s = max(WINDOW_S, (time_s[-1] - time_s[0]) / _MAX_BARS)
     figure, axes = subplots(height_in=3.4)
     for values, colour, label in (
@@ -48,7 +49,7 @@ def distance_bars(run: Run) -> Figure:
     axes.set_xlim(time_s[0], time_s[-1])
     mark(axes, happenings(run))
     axes.set_xlabel("time, s")
-    axes.set_ylabel("distance, m")
+    axes.set_ylabel(spacing.named("distance", "m"))
     legend(axes)
     return figure
 

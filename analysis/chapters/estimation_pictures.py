@@ -15,6 +15,7 @@ from zenvoy.analysis.measures.consistency import consistency
 from zenvoy.analysis.measures.instants import around_first
 from zenvoy.analysis.measures.metrics import meaningful_r2
 from zenvoy.analysis.measures.quantities import Quantity
+from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.style import (
@@ -43,9 +44,10 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
     kinds = (("measured", MEASURED, "."), ("estimated", ESTIMATED, "-"))
     marked = happenings(run)
     for row, quantity in zip(axes, found[:2], strict=True):
-        true = quantity.true[:, column]
+        spacing = spacing_of(run.scenario) if quantity.unit == "m" else FRONTS
+        true = spacing.shown(quantity.true[:, column])
         for axis, (kind, colour, line) in zip(row, kinds, strict=True):
-            values = getattr(quantity, kind)[:, column]
+            values = spacing.shown(getattr(quantity, kind)[:, column])
             axis.plot(
                 run.time_s[shown],
                 values[shown],
@@ -57,7 +59,7 @@ def draw_against_truth(run: Run, found: Sequence[Quantity], vehicle: int) -> Fig
             )
             axis.plot(run.time_s[shown], true[shown], color=TRUE, lw=1.0, label="true")
             axis.set_title(_title(kind, quantity, values, true))
-        row[0].set_ylabel(quantity.label)
+        row[0].set_ylabel(spacing.named(quantity.name, quantity.unit))
     low, high = run.time_s[shown][[0, -1]]
     axes[0, 0].set_xlim(low, max(high, low + 1e-3))
     for axis in axes.flat:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.instants import row_at
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
@@ -59,7 +60,7 @@ def manoeuvres_section(run: Run) -> Section | None:
                 name="manoeuvres",
                 caption=(
                     "Actual (solid) and desired (dashed) gaps and speeds of the vehicles for which "
-                    "the schedule changes them. Gaps are from front to front. Under a law with a "
+                    f"the schedule changes them. Gaps are from {_words(run)}. Under a law with a "
                     "desired gap the solid line approaches the dashed one."
                 ),
                 draw=lambda: _drawn(run, found),
@@ -77,7 +78,7 @@ def changes(run: Run) -> list[Change]:
         if vehicle > 1 or run.scenario.ring_length_m is not None:
             kinds.append(("gap", settings.targets.desired_gap_m))
         found += [
-            Change(vehicle, kind, *change)
+            Change(vehicle, kind, *_shown(run, kind, change))
             for kind, course in kinds
             for change in _of_course(course)
             if change[0] < last_s
@@ -91,6 +92,21 @@ def _of_course(course: Course) -> Iterator[tuple[float, float, float, float]]:
             yield start_ns / 1e9, end_ns / 1e9, before, after
 
 
+def _shown(
+    run: Run, kind: Kind, change: tuple[float, float, float, float]
+) -> tuple[float, float, float, float]:
+    """Return a change with its gaps as the report gives them."""
+    start_s, end_s, before, after = change
+    if kind == "gap":
+        spacing = spacing_of(run.scenario)
+        before, after = spacing.shown(before), spacing.shown(after)
+    return start_s, end_s, before, after
+
+
+def _words(run: Run) -> str:
+    return spacing_of(run.scenario).of_gaps
+
+
 def _vehicles(found: list[Change], kind: str) -> list[int]:
     return sorted({change.vehicle for change in found if change.kind == kind})
 
@@ -98,7 +114,8 @@ def _vehicles(found: list[Change], kind: str) -> list[int]:
 def _sheet(run: Run, found: list[Change]) -> Sheet:
     settings = roster(run.scenario)
     actual = {"gap": _gaps(run), "speed": run.truth["speed"]}
-    units = {"gap": "desired gap, m", "speed": "desired speed, m/s"}
+    desired_gap = spacing_of(run.scenario).named("desired gap", "m")
+    units = {"gap": desired_gap, "speed": "desired speed, m/s"}
     rows: list[Row] = []
     for change in found:
         values = actual[change.kind][:, change.vehicle - 1]
@@ -150,7 +167,8 @@ def _sheet(run: Run, found: list[Change]) -> Sheet:
 
 
 def _gaps(run: Run) -> Floats:
-    return gaps(run.truth["position"], run.scenario.ring_length_m)
+    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    return spacing_of(run.scenario).shown(gap)
 
 
 def _at(time_s: Floats, values: Floats, at_s: float) -> float | None:
@@ -175,25 +193,30 @@ def _drawn(run: Run, found: list[Change]) -> Figure:
         len(kinds), height_in=0.6 + 2.3 * len(kinds), sharex=True, squeeze=False
     )
     settings, marked = roster(run.scenario), happenings(run)
+    spacing = spacing_of(run.scenario)
     for one, kind in zip(axes[:, 0], kinds, strict=True):
         values = _gaps(run) if kind == "gap" else run.truth["speed"]
         for colour, vehicle in zip(CYCLE, _vehicles(found, kind), strict=False):
             targets = settings[vehicle - 1].targets
             course = targets.desired_gap_m if kind == "gap" else targets.desired_speed_mps
             one.plot(run.time_s, values[:, vehicle - 1], color=colour, label=f"vehicle {vehicle}")
-            _plot(one, course, float(run.time_s[-1]), colour)
+            less_m = spacing.less_m if kind == "gap" else 0.0
+            _plot(one, course, less_m, float(run.time_s[-1]), colour)
         one.set_xlim(run.time_s[0], run.time_s[-1])
         mark(one, marked)
-        one.set_ylabel("gap ahead, m" if kind == "gap" else "speed, m/s")
+        one.set_ylabel(spacing.named("gap ahead", "m") if kind == "gap" else "speed, m/s")
         legend(one)
     axes[-1, 0].set_xlabel("time, s")
     return figure
 
 
-def _plot(axes: Any, course: Course, last_s: float, colour: str) -> None:
-    """Draw a course: straight lines between its points, and its last value to the run's end."""
+def _plot(axes: Any, course: Course, less_m: float, last_s: float, colour: str) -> None:
+    """Draw a course: straight lines between its points, and its last value to the run's end.
+
+    Gaps are drawn less a length, m.
+    """
     times = [time_ns * 1e-9 for time_ns, _ in course.points]
-    values = [value for _, value in course.points]
+    values = [value - less_m for _, value in course.points]
     axes.plot(
         [*times, max(last_s, times[-1])], [*values, values[-1]], color=colour, ls="--", lw=0.9
     )

@@ -34,6 +34,7 @@ from zenvoy.analysis.measures.motion import (
     rms,
 )
 from zenvoy.analysis.measures.safety import share_below, time_exposed, time_headway, time_integrated
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 from zenvoy.bus import messages_pb2 as pb
@@ -58,8 +59,8 @@ def motion_section(run: Run) -> Section:
 
 
 def _distances(run: Run) -> Sheet:
-    time_s = run.time_s
-    gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    time_s, spacing = run.time_s, spacing_of(run.scenario)
+    gap = spacing.shown(gaps(run.truth["position"], run.scenario.ring_length_m))
     smallest, largest, mean = min_distance(gap), max_distance(gap), np.nanmean(gap, axis=1)
     rows: list[Row] = []
     for span in spans(disturbances(run.events), float(time_s[-1])):
@@ -70,10 +71,13 @@ def _distances(run: Run) -> Sheet:
     return Sheet(
         name="motion-distances",
         title="Distances",
-        columns=("span", "MinDistance, m", "mean gap, m", "MaxDistance, m"),
+        columns=(
+            "span",
+            *(spacing.named(name, "m") for name in ("MinDistance", "mean gap", "MaxDistance")),
+        ),
         rows=tuple(rows),
         note="MinDistance and MaxDistance are the means of the three smallest and the three "
-        "largest gaps, front to front. Before a disturbance and at the end they are means over "
+        f"largest gaps, {spacing.of_gaps}. Before a disturbance and at the end they are means over "
         "5 s. In the dip they are extremes from the first disturbance until 30 s after the last.",
     )
 
@@ -102,7 +106,8 @@ def _figures(run: Run) -> Sheet:
         title="Figures of merit",
         columns=("figure", "unit", "value"),
         rows=tuple(_safety(run) + _comfort(run) + _throughput(run)),
-        note="Time to collision is the gap between bumpers divided by the closing speed. TET and "
+        note="Time to collision is the gap between bumpers divided by the closing speed."
+        f"{_of_headway(run)} TET and "
         "TIT are time exposed and time integrated (Minderhoud and Bovy 2001), summed over "
         "vehicles. Fuel and CO₂ are for a Euro 4 petrol car on a flat road, as SUMO computes them "
         "for HBEFA3/PC_G_EU4.",
@@ -112,12 +117,12 @@ def _figures(run: Run) -> Sheet:
 def _safety(run: Run) -> list[Row]:
     period_s = run.scenario.period_ns * 1e-9
     gap = gaps(run.truth["position"], run.scenario.ring_length_m)
-    ttc = run_time_to_collision(run)
+    ttc, spacing = run_time_to_collision(run), spacing_of(run.scenario)
     headway = time_headway(gap, run.truth["speed"])
     known = headway[~np.isnan(headway)]
     least = float(np.fmin.reduce(ttc, axis=None))
     rows: list[Row] = [
-        ("smallest gap", "m", float(np.nanmin(gap))),
+        (spacing.named("smallest gap"), "m", spacing.shown(float(np.nanmin(gap)))),
         ("collisions", "", sum(event.kind == pb.EVENT_COLLISION for event in run.events)),
         ("smallest time to collision", "s", least if np.isfinite(least) else None),
     ]
@@ -186,13 +191,14 @@ def _pictures(run: Run) -> list[Picture]:
             caption="MinDistance and MaxDistance, the means of the three smallest and the three "
             "largest gaps. Error bars show mean and standard deviation of these three gaps over "
             f"{WINDOW_S:g} s or a fortieth of the run, whichever is longer. They cover both the "
-            "differences between the three and their changes over time.",
+            f"differences between the three and their changes over time.{_of_gaps(run)}",
             draw=partial(distance_bars, run),
         ),
         *_nearness(run),
         Picture(
             name="motion-time-headway",
-            caption="Distribution of the time headway over all moving vehicles and all times.",
+            caption="Distribution of the time headway over all moving vehicles and all times."
+            f"{_of_headway(run)}",
             draw=partial(headways, run),
         ),
     ]
@@ -202,6 +208,18 @@ def _pictures(run: Run) -> list[Picture]:
             2, Picture(name="motion-snapshots", caption=caption, draw=partial(snapshots, run))
         )
     return pictures
+
+
+def _of_gaps(run: Run) -> str:
+    """Return a sentence on how gaps are measured; "" if they are from front to front."""
+    words = spacing_of(run.scenario).words
+    return f" Gaps are measured {words}." if words else ""
+
+
+def _of_headway(run: Run) -> str:
+    """Return a sentence on the gap of the headway where others are not from front to front."""
+    words = spacing_of(run.scenario).words
+    return " Time headway is the gap from front to front divided by the speed." if words else ""
 
 
 def _nearness(run: Run) -> list[Picture]:

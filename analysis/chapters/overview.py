@@ -8,6 +8,7 @@ from typing import Final
 from zenvoy.analysis.chapters.overview_picture import overview
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.metrics import meaningful_r2
+from zenvoy.analysis.measures.spacing import FRONTS, Spacing, spacing_of
 from zenvoy.analysis.measures.summary import Summary
 from zenvoy.analysis.page.happenings import timeline
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
@@ -38,7 +39,7 @@ def overview_section(run: Run, summary: Summary) -> Section:
         name="summary",
         title="Summary",
         columns=("figure", "unit", "value"),
-        rows=merits(summary),
+        rows=merits(summary, spacing_of(run.scenario)),
         note=MERITS,
     )
     picture = Picture(name="overview", caption=_CAPTION, draw=partial(overview, run))
@@ -47,19 +48,22 @@ def overview_section(run: Run, summary: Summary) -> Section:
     return Section(title="Overview", sheets=sheets, pictures=(picture,))
 
 
-def merits(summary: Summary) -> tuple[Merit, ...]:
-    """Return the figures of a summary that apply to its run, in order."""
-    found = [*_distances(summary), *_agreement(summary), *_counts(summary)]
+def merits(summary: Summary, spacing: Spacing = FRONTS) -> tuple[Merit, ...]:
+    """Return the figures of a summary that apply to its run, in order, with gaps as `spacing`."""
+    found = [*_distances(summary, spacing), *_agreement(summary), *_counts(summary)]
     return tuple(merit for merit in found if merit[2] is not None)
 
 
-def _distances(summary: Summary) -> list[Merit]:
-    found: list[Merit] = [("smallest gap", "m", summary.get("smallest_gap_m"))]
+def _distances(summary: Summary, spacing: Spacing) -> list[Merit]:
+    smallest = summary.get("smallest_gap_m")
+    shown = None if smallest is None else spacing.shown(smallest)
+    found: list[Merit] = [(spacing.named("smallest gap"), "m", shown)]
     for span, distance in summary.get("distance_m", {}).items():
         title = span.replace("_", " ")
         if distance is not None:
-            found.append((f"MinDistance, {title}", "m", distance["min"]))
-            found.append((f"MaxDistance, {title}", "m", distance["max"]))
+            for name, key in (("MinDistance", "min"), ("MaxDistance", "max")):
+                shown = spacing.shown(distance[key])
+                found.append((spacing.named(f"{name}, {title}"), "m", shown))
     spread = summary.get("speed_spread_at_100_s_mps")
     return [*found, ("spread of speed at 100 s", "m/s", spread)]
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 from zenvoy.analysis.chapters.overview import MERITS, merits
 from zenvoy.analysis.compare.pictures import Labelled, comparison_pictures
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.spacing import spacing_of, together
 from zenvoy.analysis.measures.summary import Summary
 from zenvoy.analysis.page.html import Page
 from zenvoy.analysis.page.report import ended, made_by, models, sentence, simulated_s
@@ -108,7 +109,11 @@ def _flat(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
 
 def _figures(compared: Sequence[Compared]) -> Sheet:
     """Return the figures of the summaries, and the differences of later runs from the first."""
-    found = [{merit[:2]: merit[2] for merit in merits(each.summary)} for each in compared]
+    shown = together([each.run.scenario for each in compared])
+    found = [
+        {merit[:2]: merit[2] for merit in merits(each.summary, spacing)}
+        for each, spacing in zip(compared, shown, strict=True)
+    ]
     keys = list(dict.fromkeys(key for values in found for key in values))
     first, later = compared[0].label, [each.label for each in compared[1:]]
     rows = []
@@ -144,6 +149,7 @@ def _caveats(compared: Sequence[Compared]) -> Iterator[str]:
         "fleet": [f"{each.run.vehicles} vehicles" for each in compared],
         "road": [each.run.scenario.road.type for each in compared],
         "cycle": [f"{each.run.scenario.period_ms:g} ms" for each in compared],
+        "gaps": [spacing_of(each.run.scenario).of_gaps for each in compared],
         "seed": [str(each.run.seed) for each in compared],
         "version of Zenvoy": [
             versions_of(each.run.run).get("zenvoy", "unknown") for each in compared
@@ -153,7 +159,8 @@ def _caveats(compared: Sequence[Compared]) -> Iterator[str]:
         if len(set(values)) > 1:
             pairs = zip(compared, values, strict=True)
             of_each = ", ".join(f"{each.label} {value}" for each, value in pairs)
-            yield f"The runs differ in their {what}: {of_each}."
+            shown = " All gaps are shown front to front." if what == "gaps" else ""
+            yield f"The runs differ in their {what}: {of_each}.{shown}"
 
 
 def _notes(compared: Sequence[Compared]) -> Iterator[str]:

@@ -16,6 +16,7 @@ from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.distribution import Steps, steps
 from zenvoy.analysis.measures.instants import instants_s, row_at
 from zenvoy.analysis.measures.metrics import max_distance, min_distance
+from zenvoy.analysis.measures.spacing import Spacing, together
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.happenings import Happening, happenings
 from zenvoy.analysis.page.marks import ABOVE_BARS_PT, mark
@@ -47,7 +48,8 @@ def comparison_pictures(runs: Sequence[Labelled]) -> tuple[Picture, ...]:
         Picture(
             name="compare-distances",
             caption="MaxDistance and MinDistance over time: the means of the three largest and the "
-            "three smallest gaps. The closer the two are, the more even are the gaps.",
+            f"three smallest gaps{_of_gaps(runs)}. The closer the two are, the more even are the "
+            "gaps.",
             draw=partial(_distances, runs),
         ),
         Picture(
@@ -129,14 +131,25 @@ def _speeds(runs: Sequence[Labelled]) -> Figure:
     return figure
 
 
+def spacings(runs: Sequence[Labelled]) -> list[Spacing]:
+    """Return how the gaps of each run are shown beside the others."""
+    return together([run.scenario for _, run in runs])
+
+
+def _of_gaps(runs: Sequence[Labelled]) -> str:
+    words = spacings(runs)[0].words
+    return f", {words}" if words else ""
+
+
 def _distances(runs: Sequence[Labelled]) -> Figure:
     figure, pair = style.subplots(2, 1, height_in=4.6, sharex=True)
-    for (_, run), look in zip(runs, _lines(runs), strict=True):
-        gap = gaps(run.truth["position"], run.scenario.ring_length_m)
+    shown = spacings(runs)
+    for (_, run), look, spacing in zip(runs, _lines(runs), shown, strict=True):
+        gap = spacing.shown(gaps(run.truth["position"], run.scenario.ring_length_m))
         for axes, distance in zip(pair, (max_distance, min_distance), strict=True):
             axes.plot(run.time_s, distance(gap), lw=1.0, **look)
-    for axes, name in zip(pair, ("MaxDistance, m", "MinDistance, m"), strict=True):
-        axes.set_ylabel(name)
+    for axes, name in zip(pair, ("MaxDistance", "MinDistance"), strict=True):
+        axes.set_ylabel(shown[0].named(name, "m"))
     pair[1].set_xlabel("time, s")
     pair[1].set_xlim(0.0, max(run.time_s[-1] for _, run in runs))
     for axes in pair:

@@ -38,6 +38,7 @@ _FRAMES: Final = {
 
 def _measures() -> Iterator[tuple[str, Measure]]:
     yield "smallest_gap_m", Measure("m", "smallest gap of the run")
+    yield "smallest_bumper_gap_m", Measure("m", "smallest gap of the run, bumper to bumper")
     for span, words in _SPANS.items():
         yield f"distance_m.{span}.min", Measure("m", f"MinDistance {words}")
         yield f"distance_m.{span}.max", Measure("m", f"MaxDistance {words}")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.motion import at_limits
+from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
 from zenvoy.analysis.measures.spans import Disturbance, disturbances
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import roster
@@ -89,7 +90,7 @@ def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
         if event.kind == pb.EVENT_MODEL and at_s > first.start_s:
             ends.append((at_s, f"the switch to {event.text}"))
         if event.kind == pb.EVENT_TARGET and at_s > first.start_s:
-            ends.append((at_s, f"the change to {event.text}"))
+            ends.append((at_s, f"the change to {_change(run, event.text)}"))
     for other in disturbances(run.events):
         if other.vehicle != first.vehicle:
             ends.append((other.start_s, f"the disturbance of vehicle {other.vehicle}"))
@@ -98,6 +99,13 @@ def _window(run: Run, first: Disturbance) -> tuple[int, int, list[str]]:
     high = int(np.searchsorted(time_s, end_s - 1e-9))
     notes = [f"The time after {end_s:g} s is left out because of {why}."] if why else []
     return low, high, notes
+
+
+def _change(run: Run, text: str) -> str:
+    """Return a change as the log has it; it says how gaps are measured if the report differs."""
+    if spacing_of(run.scenario) == FRONTS:
+        return text
+    return text.replace("desired gap", "desired front-to-front gap")
 
 
 def _many_at_limit(run: Run, first: Disturbance) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ from zenvoy.analysis.measures.instants import PAPER_SPREAD_S, of_paper, row_at
 from zenvoy.analysis.measures.links import arrived
 from zenvoy.analysis.measures.metrics import Accuracy, accuracy, max_distance, min_distance
 from zenvoy.analysis.measures.punctuality import missed_decisions, punctuality, quantiles
+from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
@@ -81,8 +82,10 @@ def _distances(run: Run) -> Summary:
     smallest, largest = min_distance(gap), max_distance(gap)
     row = row_at(time_s, PAPER_SPREAD_S)
     spread = float(truth["speed"][row].std()) if of_paper(run) and row < len(time_s) else None
+    smallest_m, spacing = float(np.nanmin(gap)), spacing_of(run.scenario)
     return {
-        "smallest_gap_m": float(np.nanmin(gap)),
+        "smallest_gap_m": smallest_m,
+        "smallest_bumper_gap_m": spacing.shown(smallest_m) if spacing.less_m else None,
         "distance_m": {
             span.name: _span(distances(span, time_s, smallest, largest))
             for span in sorted(spans(disturbances(run.events), time_s[-1]))

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
 from zenvoy.analysis.measures.spans import Disturbance, disturbances
 from zenvoy.analysis.page.section import Sheet
 from zenvoy.bus import messages_pb2 as pb
@@ -64,7 +65,7 @@ def manoeuvres(scenario: Scenario, last_s: float) -> list[Happening]:
     found = []
     for switch in scenario.control.schedule:
         if switch.targets and 0.0 < switch.at_s < last_s:
-            changes = [_change(name, value) for name, value in switch.targets.items()]
+            changes = [_change(scenario, *target) for target in switch.targets.items()]
             whom = "" if switch.vehicles is None else f" of {_vehicles(switch.vehicles)}"
             text = f"new targets{whom}: {', '.join(changes)}"
             found.append(Happening("manoeuvre", switch.at_s, switch.at_s + switch.ramp_s, text))
@@ -118,11 +119,14 @@ def _disturbance(of: Disturbance) -> Happening:
     return Happening(of.kind, of.start_s, of.end_s, f"vehicle {of.vehicle} {verb} {of.text}")
 
 
-def _change(name: str, value: float) -> str:
+def _change(scenario: Scenario, name: str, value: float) -> str:
     """Return a target with its unit: "desired gap 35 m"."""
+    spacing = spacing_of(scenario) if name == "desired_gap_m" else FRONTS
+    how = f" {spacing.words}" if spacing.words else ""
+    value = spacing.shown(value)
     unit = next((unit for suffix, unit in _UNITS.items() if name.endswith(suffix)), "")
     stem = name.removesuffix("_m").removesuffix("_mps")
-    return f"{stem if stem.startswith('k_') else stem.replace('_', ' ')} {value:g}{unit}"
+    return f"{stem if stem.startswith('k_') else stem.replace('_', ' ')} {value:g}{unit}{how}"
 
 
 def _incidents(events: Sequence[pb.Event]) -> Iterator[Happening]:

@@ -125,6 +125,7 @@ class Fleet(Section):
     speed_mps: NonNegative = 30.0
     initial_gaps_m: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
     initial_speeds_mps: Annotated[tuple[NonNegative, ...], Field(strict=False)] | None = None
+    reported_gaps: Literal["front-to-front", "bumper-to-bumper"] = "front-to-front"
     groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is allowed, too
 
     @property

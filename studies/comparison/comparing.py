@@ -29,7 +29,7 @@ MEASURED: Final = (
     "collisions",
     "fallbacks",
 )
-"""The measures of a comparison that names none."""
+"""The measures of a comparison that names none, if gaps are from front to front."""
 
 SEEDS: Final = 30
 
@@ -95,11 +95,12 @@ def run_comparison(
     _require_measures(asked.measures)
     _require_no_law(asked.settings)
     laws = laws_of(base, asked.laws, asked.labels)
-    notes = tuple(_notes(base.load().scenario, laws))
+    scenario = base.load().scenario
+    notes = tuple(_notes(scenario, laws))
     for note in notes:
         on_line(note)
     made = make_runs(
-        _study(asked, laws),
+        _study(replace(asked, measures=asked.measures or measured(scenario)), laws),
         out=out,
         jobs=jobs,
         on_line=on_line,
@@ -109,6 +110,13 @@ def run_comparison(
     compared = Comparison(laws=laws, results=made.results, notes=notes)
     files = write_results(compared, made.store, command)
     return Compared(comparison=compared, folder=made.store.folder, files=tuple(files))
+
+
+def measured(scenario: Scenario) -> tuple[str, ...]:
+    """Return the measures of a comparison that names none, with gaps as the scenario has them."""
+    if scenario.fleet.reported_gaps == "front-to-front":
+        return MEASURED
+    return ("smallest_bumper_gap_m", *MEASURED[1:])
 
 
 def _require_measures(names: Sequence[str]) -> None:
@@ -134,7 +142,7 @@ def _study(asked: Comparing, laws: Sequence[ComparedLaw]) -> StudyFile:
         "settings": list(asked.settings),
         "axes": {_AXIS: {"variants": {law.label: dict(law.settings) for law in laws}}},
         "seeds": asked.seeds if isinstance(asked.seeds, int) else list(asked.seeds),
-        "measures": list(asked.measures or MEASURED),
+        "measures": list(asked.measures),
         "series": list(SERIES_SHOWN),
     }
     if asked.duration_s is not None:

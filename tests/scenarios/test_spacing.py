@@ -46,8 +46,42 @@ def test_the_two_spacings_differ_by_the_length(tmp_path: Path) -> None:
     assert (longer.fleet.gap_m, longer.control.desired_gap_m) == (18.0, 17.0)
     assert scenario_of(tmp_path, "fleet: {bumper_gap_m: 5}").fleet.gap_m == 10.0
     text = effective_yaml(scenario)
-    assert "bumper" not in text
+    assert "bumper_gap_m" not in text
     assert scenario_of(tmp_path, text) == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "reported"),
+    [
+        ("fleet: {gap_m: 30}", [], "front-to-front"),
+        ("fleet: {bumper_gap_m: 30}", [], "bumper-to-bumper"),
+        ("control: {desired_bumper_gap_m: 30}", [], "bumper-to-bumper"),
+        (
+            "fleet: {groups: [{name: a, vehicles: 2, desired_bumper_gap_m: 9}]}",
+            [],
+            "bumper-to-bumper",
+        ),
+        ("control: {schedule: [{at_s: 3, desired_bumper_gap_m: 9}]}", [], "bumper-to-bumper"),
+        ("fleet: {bumper_gap_m: 30}", ["fleet.gap_m=20"], "front-to-front"),
+        ("fleet: {gap_m: 30}", ["fleet.bumper_gap_m=20"], "bumper-to-bumper"),
+        ("fleet: {bumper_gap_m: 30, reported_gaps: front-to-front}", [], "front-to-front"),
+        ("fleet: {gap_m: 30, reported_gaps: bumper-to-bumper}", [], "bumper-to-bumper"),
+    ],
+)
+def test_a_scenario_is_reported_with_the_gaps_that_count_in_it(
+    tmp_path: Path, text: str, settings: list[str], reported: str
+) -> None:
+    scenario = scenario_of(tmp_path, text, *settings)
+    assert scenario.fleet.reported_gaps == reported
+    assert scenario_of(tmp_path, effective_yaml(scenario)) == scenario
+
+
+def test_a_scenario_that_extends_one_with_bumper_gaps_is_reported_so(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text("fleet: {bumper_gap_m: 6}\n")
+    reported = scenario_of(tmp_path, "extends: base.yaml\nduration_s: 9\n").fleet.reported_gaps
+    assert reported == "bumper-to-bumper"
+    replaced = "extends: base.yaml\nfleet: {gap_m: 20}\n"
+    assert scenario_of(tmp_path, replaced).fleet.reported_gaps == "front-to-front"
 
 
 def test_the_later_spacing_wins(tmp_path: Path) -> None:
@@ -77,7 +111,8 @@ def test_the_later_spacing_wins(tmp_path: Path) -> None:
         (
             "fleet: {bumpergap_m: 5}",
             "fleet.bumpergap_m: unknown key; did you mean 'bumper_gap_m'? allowed: size, length_m, "
-            "gap_m, bumper_gap_m, speed_mps, groups",
+            "gap_m, bumper_gap_m, speed_mps, initial_gaps_m, initial_speeds_mps, reported_gaps, "
+            "groups",
         ),
     ],
 )
@@ -110,8 +145,8 @@ def test_scenarios_of_the_pages_run(tmp_path: Path, page: str, text: str) -> Non
 
 
 def test_the_keys_that_the_pages_name_exist() -> None:
-    """In tables, keys of Zenvoy are in the second column."""
-    known = (DOCS / "scenarios.md").read_text()
+    """In tables, keys of Zenvoy are in the second column. laws.md has the parameters of laws."""
+    known = (DOCS / "scenarios.md").read_text() + (DOCS / "laws.md").read_text()
     for page in ("from-plexe", "from-sumo"):
         rows = re.findall(r"^\| [^|]+ \| ([^|]+) \|", (DOCS / f"{page}.md").read_text(), re.M)
         keys = [key for row in rows for key in re.findall(r"`([a-z_0-9.]+)`", row)]
