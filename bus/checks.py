@@ -54,6 +54,8 @@ def is_sane(beacon: pb.Beacon) -> bool:
     ahead = beacon.ahead
     motion = beacon.acceleration + beacon.speed + beacon.position + ahead.gap + ahead.speed
     motion += beacon.commanded_acceleration
+    odometer, offset = beacon.odometer, beacon.offset
+    motion += odometer.distance + odometer.speed + offset.gap + offset.speed
     return isfinite(motion + sum(beacon.planned_acceleration))
 
 

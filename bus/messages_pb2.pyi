@@ -45,7 +45,7 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_FOLLOWER_STOPPER: _Mode.ValueType  # 10
     MODE_PI: _Mode.ValueType  # 11
     MODE_PLOEG: _Mode.ValueType  # 12
-    MODE_DCACC: _Mode.ValueType  # 13
+    MODE_SPBCM: _Mode.ValueType  # 18
     MODE_OWN: _Mode.ValueType  # 64
     """to 127: the scenario's own laws, see metadata zenvoy.laws"""
 
@@ -66,7 +66,7 @@ MODE_IDM: Mode.ValueType  # 9
 MODE_FOLLOWER_STOPPER: Mode.ValueType  # 10
 MODE_PI: Mode.ValueType  # 11
 MODE_PLOEG: Mode.ValueType  # 12
-MODE_DCACC: Mode.ValueType  # 13
+MODE_SPBCM: Mode.ValueType  # 18
 MODE_OWN: Mode.ValueType  # 64
 """to 127: the scenario's own laws, see metadata zenvoy.laws"""
 Global___Mode: _TypeAlias = Mode  # noqa: Y015
@@ -253,6 +253,8 @@ class Beacon(_message.Message):
     PLANNED_ACCELERATION_FIELD_NUMBER: _builtins.int
     SILENT_FIELD_NUMBER: _builtins.int
     COMMANDED_ACCELERATION_FIELD_NUMBER: _builtins.int
+    ODOMETER_FIELD_NUMBER: _builtins.int
+    OFFSET_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     """when its readings were taken"""
@@ -276,6 +278,14 @@ class Beacon(_message.Message):
 
     @_builtins.property
     def planned_acceleration(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]: ...
+    @_builtins.property
+    def odometer(self) -> Global___Odometer:
+        """Absent unless a law of the fleet shares links."""
+
+    @_builtins.property
+    def offset(self) -> Global___LinkOffset:
+        """also absent if its sender has no estimate of the link ahead"""
+
     def __init__(
         self,
         *,
@@ -291,16 +301,77 @@ class Beacon(_message.Message):
         planned_acceleration: _abc.Iterable[_builtins.float] | None = ...,
         silent: _builtins.bool = ...,
         commanded_acceleration: _builtins.float | None = ...,
+        odometer: Global___Odometer | None = ...,
+        offset: Global___LinkOffset | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration", "odometer", b"odometer", "offset", b"offset"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "acceleration", b"acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration", "cycle", b"cycle", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "silent", b"silent", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration", "acceleration", b"acceleration", "ahead", b"ahead", "commanded_acceleration", b"commanded_acceleration", "cycle", b"cycle", "odometer", b"odometer", "offset", b"offset", "planned_acceleration", b"planned_acceleration", "planned_from_ns", b"planned_from_ns", "position", b"position", "sequence", b"sequence", "silent", b"silent", "speed", b"speed", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__commanded_acceleration: _TypeAlias = _typing.Literal["commanded_acceleration"]  # noqa: Y015
     _WhichOneofArgType__commanded_acceleration: _TypeAlias = _typing.Literal["_commanded_acceleration", b"_commanded_acceleration"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__commanded_acceleration) -> _WhichOneofReturnType__commanded_acceleration | None: ...
 
 Global___Beacon: _TypeAlias = Beacon  # noqa: Y015
+
+@_typing.final
+class Odometer(_message.Message):
+    """Distance beyond uniform motion (m) and speed (m/s) that a vehicle has gained from since_ns to the
+    time of its beacon, by its readings of acceleration.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    DISTANCE_FIELD_NUMBER: _builtins.int
+    SPEED_FIELD_NUMBER: _builtins.int
+    SINCE_NS_FIELD_NUMBER: _builtins.int
+    distance: _builtins.float
+    speed: _builtins.float
+    since_ns: _builtins.int
+    def __init__(
+        self,
+        *,
+        distance: _builtins.float = ...,
+        speed: _builtins.float = ...,
+        since_ns: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["distance", b"distance", "since_ns", b"since_ns", "speed", b"speed"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Odometer: _TypeAlias = Odometer  # noqa: Y015
+
+@_typing.final
+class LinkOffset(_message.Message):
+    """Estimate of a link at the time of a beacon, by the vehicle at its rear: its gap (m) minus the
+    distance of the odometer in front plus that of the own one, and likewise its relative speed (m/s).
+    The odometer in front began at ahead_since_ns.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    GAP_FIELD_NUMBER: _builtins.int
+    SPEED_FIELD_NUMBER: _builtins.int
+    AHEAD_SINCE_NS_FIELD_NUMBER: _builtins.int
+    gap: _builtins.float
+    speed: _builtins.float
+    ahead_since_ns: _builtins.int
+    def __init__(
+        self,
+        *,
+        gap: _builtins.float = ...,
+        speed: _builtins.float = ...,
+        ahead_since_ns: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["ahead_since_ns", b"ahead_since_ns", "gap", b"gap", "speed", b"speed"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___LinkOffset: _TypeAlias = LinkOffset  # noqa: Y015
 
 @_typing.final
 class Positions(_message.Message):

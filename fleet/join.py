@@ -22,7 +22,7 @@ from zenvoy.fleet.requests import requests_to_end
 from zenvoy.laws.by_name import ESTIMATORS, LAWS, resolve
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.scenarios import Scenario, modes
-from zenvoy.vehicles.knowledge import prepare
+from zenvoy.vehicles.preparation import prepare
 from zenvoy.vehicles.process import run_vehicle
 
 

@@ -9,7 +9,7 @@ from zenvoy.fleet.agents import agents_of
 from zenvoy.laws import builtin
 from zenvoy.laws.by_name import ESTIMATORS
 from zenvoy.scenarios import Estimator, MultiNode, Scenario, roster
-from zenvoy.vehicles.knowledge import prepare
+from zenvoy.vehicles.preparation import prepare
 
 
 def rehearse(scenario: Scenario) -> None:

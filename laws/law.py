@@ -31,12 +31,13 @@ class Observation(NamedTuple):
 
     speed: own speed, m/s. acceleration: the own acceleration, m/s², as a mean over the period
     before the start of the cycle. length_m: length of every vehicle, m. ahead, behind: states of
-    the links to the vehicle ahead and to the one behind. sides: for j = 1..m, the states to the
-    j-th vehicle ahead and to the j-th behind, each over the whole distance. predecessor, leader:
-    what the vehicle ahead and the leader of the platoon report of themselves. state: what the law
-    returned as its state at the decision before. period_s: the time from one decision to the next,
-    s. uniform: `uniform(k)` is the k-th random number in [0, 1) of this vehicle and cycle; apart
-    from these, it depends only on the seed.
+    the links to the vehicle ahead and to the one behind. behind_age_s: age at the start of the
+    cycle of what is known of the link behind, s; NaN unless the law shares links. sides: for j =
+    1..m, the states to the j-th vehicle ahead and to the j-th behind, each over the whole distance.
+    predecessor, leader: what the vehicle ahead and the leader of the platoon report of themselves.
+    state: what the law returned as its state at the decision before. period_s: the time from one
+    decision to the next, s. uniform: `uniform(k)` is the k-th random number in [0, 1) of this
+    vehicle and cycle; apart from these, it depends only on the seed.
 
     Only what the law declares in `needs` is filled in; everything else is NaN or empty.
     """
@@ -53,6 +54,7 @@ class Observation(NamedTuple):
     uniform: Callable[[int], Number] = lambda _: NAN
     acceleration: Number = NAN
     length_m: float = NAN
+    behind_age_s: Number = NAN
 
 
 class Output(NamedTuple):
@@ -73,9 +75,11 @@ class Needs:
     behind: the link to the vehicle behind, which is known only from V2V. sides: the number of
     vehicles on each side, or the name of the parameter that holds it. predecessor, leader: the
     motion that these report. commands: their reports also contain their newest commands.
-    tolerates_silence: if a report is missing, its motion is NaN and the law goes on.
+    tolerates_silence: if a report is missing, its motion is NaN and the law goes on. If the law
+    shares links, this also applies to the link behind, whatever its age.
     prediction: filters estimate links and own speed, and predict them to the instant at which the
-    command takes effect. The link ahead is always available.
+    command takes effect. The link ahead is always available. shares_links: both vehicles of a link
+    act on one estimate of it, which the one at its rear makes; this needs `prediction`.
     """
 
     behind: bool = False
@@ -85,6 +89,12 @@ class Needs:
     prediction: bool = False
     commands: bool = False
     tolerates_silence: bool = False
+    shares_links: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise ValueError if one need lacks another one that it is about."""
+        if self.shares_links and not self.prediction:
+            raise ValueError("shares_links needs prediction")
 
 
 class Linear(NamedTuple):

@@ -15,11 +15,11 @@ from zenvoy.laws import Setpoint
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.beaconing import beaconing
-from zenvoy.vehicles.control import FOLLOWING, controllers, reports_commands
+from zenvoy.vehicles.control import FOLLOWING, controllers, reports_commands, shares_links
 from zenvoy.vehicles.decision import Aim, Controller, Position, View, decide
 from zenvoy.vehicles.knowledge import Knowledge
 from zenvoy.vehicles.memory import Memory
-from zenvoy.vehicles.messages import Instants, beacon, command, reported, silence
+from zenvoy.vehicles.messages import Instants, beacon, command, reported, shared, silence
 from zenvoy.vehicles.neighbours import neighbours
 
 
@@ -48,7 +48,14 @@ class Vehicle:
         self._estimates = any(one.law.needs.prediction for one in every)
         self._counts_neighbours = any(one.law.needs.sides for one in every)
         self._neighbours = neighbours(scenario, vehicle, every)
-        self._known = Knowledge(scenario, self._neighbours, self._estimates, settings.lag_s)
+        self._known = Knowledge(
+            scenario,
+            self._neighbours,
+            self._estimates,
+            settings.lag_s,
+            shares=shares_links(scenario),
+            acts_on_shared=any(one.law.needs.shares_links for one in every),
+        )
         self._memory, self._seed = Memory(), scenario.seed
         self._cycle = 0  # of the newest sense
 
@@ -97,7 +104,10 @@ class Vehicle:
         if sequence is None:
             return silence(sense)
         sent = beacon(sense, self._known.radar, sequence, plan)
-        return sent + reported(self._known.newest_command) if self._reports_commands else sent
+        if self._reports_commands:
+            sent += reported(self._known.newest_command)
+        report = self._known.report
+        return sent if report is None else sent + shared(report)
 
     def _decide(self, now_ns: int) -> bytes:
         """Decide, and return the command together with the data that it is based on."""

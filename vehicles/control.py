@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Final
 
-from zenvoy.laws import NoParameters, builtin, law_of
+from zenvoy.laws import Needs, NoParameters, builtin, law_of
 from zenvoy.scenarios import Scenario, Settings, modes, parameters_of, roster
 from zenvoy.vehicles.decision import Controller
 
@@ -15,8 +15,18 @@ FOLLOWING: Final = Controller(law_of("FM"), NoParameters(), law_of("FM").mode or
 @lru_cache(maxsize=4)
 def reports_commands(scenario: Scenario) -> bool:
     """Return whether beacons hold commands, because a law of the fleet needs them."""
+    return any(needs.commands for needs in _needs(scenario))
+
+
+@lru_cache(maxsize=4)
+def shares_links(scenario: Scenario) -> bool:
+    """Return whether beacons hold odometers and offsets, which laws that share links need."""
+    return any(needs.shares_links for needs in _needs(scenario))
+
+
+def _needs(scenario: Scenario) -> list[Needs]:
     models = {model for settings in roster(scenario) for model in settings.models}
-    return any(law_of(model).needs.commands for model in models)
+    return [law_of(model).needs for model in models]
 
 
 def controllers(scenario: Scenario, settings: Settings) -> list[tuple[int, Controller]]:

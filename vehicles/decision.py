@@ -22,7 +22,7 @@ from zenvoy.laws import (
     smaller,
 )
 from zenvoy.laws.errors import raised, useless
-from zenvoy.laws.law import SILENT
+from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Limits
 from zenvoy.vehicles.steps import Number
@@ -46,7 +46,8 @@ class View(NamedTuple):
     positions. speed: own speed, m/s. sides: the states to the j-th vehicle ahead and behind,
     j = 1..m, as far as the chain reaches on both sides. predecessor, leader: what the vehicle ahead
     and the leader of the platoon report about themselves. acceleration: own acceleration, m/s².
-    length_m: length of every vehicle, m.
+    length_m: length of every vehicle, m. behind_age_s: age of what is
+    known of a shared link behind, s; NaN if nothing is.
     """
 
     radar: Relative | None
@@ -58,6 +59,7 @@ class View(NamedTuple):
     leader: Motion | None = None
     acceleration: float = NAN
     length_m: float = NAN
+    behind_age_s: float = NAN
 
 
 class Predicted(NamedTuple):
@@ -189,9 +191,12 @@ def _observed(
         return None
     observation = Observation(seen.speed, setpoint, seen.ahead)
     if needs.behind:
-        if read.behind is None or seen.behind is None:
+        missing = read.behind is None or seen.behind is None
+        if missing and not (needs.shares_links and needs.tolerates_silence):
             return None
-        observation = observation._replace(behind=seen.behind)
+        observation = observation._replace(behind=seen.behind or UNKNOWN)
+    if needs.shares_links:
+        observation = observation._replace(behind_age_s=read.behind_age_s)
     if needs.sides:
         if not read.sides:
             return None

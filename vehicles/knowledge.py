@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from copy import copy
 from typing import Final
@@ -10,15 +9,17 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Motion as LawMotion
 from zenvoy.laws import Relative
+from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.commanded import commanded
 from zenvoy.vehicles.decision import Predicted, View
 from zenvoy.vehicles.estimator import ReadingError
-from zenvoy.vehicles.gains import gain_schedule, settle
+from zenvoy.vehicles.link_errors import link_errors
 from zenvoy.vehicles.motion import Motion
 from zenvoy.vehicles.neighbours import Neighbours
 from zenvoy.vehicles.radio import Radio
-from zenvoy.vehicles.received import ReceivedBeacon, radar_in
+from zenvoy.vehicles.received import ReceivedBeacon, Report, radar_in
+from zenvoy.vehicles.shared_links import LinkEstimate, SharedLinks
 from zenvoy.vehicles.state import LinkState, SpeedState
 
 # A reading of the own acceleration that differs by more contradicts the commands, m/s².
@@ -30,11 +31,20 @@ class Knowledge:
 
     In each cycle call `sense` at t_k, `take_in` at t_k + v2v_wait, then `command` with the
     decision. `estimates`: whether to run the filters, which only laws with prediction need. lag_s:
-    time constant of the vehicle's actuator, s; 0: none.
+    time constant of the vehicle's actuator, s; 0: none. shares: whether
+    to report what laws that share links need. acts_on_shared: whether the vehicle acts on shared
+    estimates itself.
     """
 
     def __init__(
-        self, scenario: Scenario, neighbours: Neighbours, estimates: bool, lag_s: float = 0.0
+        self,
+        scenario: Scenario,
+        neighbours: Neighbours,
+        estimates: bool,
+        lag_s: float = 0.0,
+        *,
+        shares: bool = False,
+        acts_on_shared: bool = False,
     ) -> None:
         self._neighbours = neighbours
         self._ahead_id = neighbours.ahead[0] if neighbours.ahead else 0
@@ -55,6 +65,12 @@ class Knowledge:
         self.newest_command = 0.0
         """The newest command, or the reading where it contradicts the commands, m/s²."""
         self._set_up_estimates(scenario)
+        self._shared: SharedLinks | None = None
+        self._acts_on_shared = acts_on_shared
+        if shares:
+            self._shared = SharedLinks(scenario, self._own)
+        self.report: Report | None = None
+        """What the beacon of the cycle says for laws that share links."""
 
     def _set_up_estimates(self, scenario: Scenario) -> None:
         gap_error, speed_error = link_errors(scenario)
@@ -104,6 +120,8 @@ class Knowledge:
         else:
             plan = self._commanded.steps_from(time_ns)
         self._own.learn(start_ns, time_ns, reading, *plan)
+        if self._shared is not None:
+            self.report = self._shared.sense(time_ns, self.radar, sense.speed)
         return plan
 
     def take_in(self, received: Sequence[pb.Receive]) -> None:
@@ -111,6 +129,7 @@ class Knowledge:
         sense = self._sense
         time_ns, speed = sense.time_ns, sense.speed
         for beacon in self.radio.take_in(received, time_ns):
+            self._share(beacon)
             if beacon.vehicle == self._ahead_id:
                 self._learn(self._ahead, beacon)
                 if self._by_position:
@@ -148,6 +167,7 @@ class Knowledge:
             sense.speed,
             acceleration=sense.acceleration,
             length_m=self._length_m,
+            behind_age_s=NAN if self._shared is None else self._shared.behind_age_s,
         )
 
     def motion_of(
@@ -171,11 +191,31 @@ class Knowledge:
     def predict(self, until_ns: int) -> Predicted:
         """Return the estimates, predicted to `until_ns`; only with `estimates`."""
         _, change = self._own.over(self._sense.time_ns, until_ns)
-        return Predicted(
-            ahead=self.link_ahead.predict(until_ns),
-            behind=self.link_behind.predict(until_ns),
-            speed=max(0.0, self.speed.estimate + change),
+        speed = max(0.0, self.speed.estimate + change)
+        if self._shared is not None and self._acts_on_shared:
+            return Predicted(*self._shared.predict(until_ns), speed)
+        ahead, behind = self.link_ahead.predict(until_ns), self.link_behind.predict(until_ns)
+        return Predicted(ahead, behind, speed)
+
+    @property
+    def links(self) -> tuple[LinkEstimate, LinkEstimate]:
+        """The estimates of the links ahead and behind that the vehicle acts on."""
+        if self._shared is not None and self._acts_on_shared:
+            return self._shared.ahead, self._shared.behind
+        ahead, behind = (
+            LinkEstimate(link.estimate, link.std, link.measured_ns)
+            for link in (self.link_ahead, self.link_behind)
         )
+        return ahead, behind
+
+    def _share(self, beacon: ReceivedBeacon) -> None:
+        """Take in what a beacon says for laws that share links."""
+        if self._shared is None:
+            return
+        if beacon.vehicle == self._ahead_id:
+            self._shared.hear_ahead(beacon)
+        if beacon.vehicle == self._behind_id:
+            self._shared.hear_behind(beacon)
 
     def _positions(self, now_ns: int) -> tuple[list[Relative], list[Relative]]:
         """Return states from the own position now and the last reported ones, as if these were new.
@@ -208,36 +248,5 @@ class Knowledge:
         )
 
     def _measure(self, link: LinkState, time_ns: int, state: Relative | None, speed: float) -> None:
-        if self._estimates and state is not None:
+        if self._estimates and not self._acts_on_shared and state is not None:
             link.measure(time_ns, state, speed)
-
-
-def prepare(scenario: Scenario) -> None:
-    """Compute the gains of a steady flow, for the processes that are forked from this one."""
-    if scenario.estimator.kind != "kalman":
-        return  # other filters share nothing
-    error_std, control = scenario.sensors.error_std, scenario.control
-    gap_error, speed_error = link_errors(scenario)
-    own = ReadingError(error_std, control.desired_speed_mps).variance(control.desired_speed_mps)
-    gap = gap_error.variance(control.desired_gap_m)
-    speed = speed_error.variance(control.desired_speed_mps)
-    for variances in ((gap, speed), (own,)):
-        period_s = scenario.period_ns * 1e-9
-        settle(gain_schedule(period_s, scenario.estimator.acceleration_std_mps2, variances))
-
-
-def link_errors(scenario: Scenario) -> tuple[ReadingError, ReadingError]:
-    """Return the errors of gap and relative speed of a link, as read or received by a vehicle."""
-    sensors, control = scenario.sensors, scenario.control
-    if control.neighbour_state == "position":  # differences of two readings each
-        both = math.sqrt(2.0)
-        return (
-            ReadingError(
-                0.0, control.desired_gap_m, floor=max(both * sensors.position_std_m, 1e-3)
-            ),
-            ReadingError(both * sensors.error_std, control.desired_speed_mps),
-        )
-    return (
-        ReadingError(sensors.error_std, control.desired_gap_m),
-        ReadingError(sensors.error_std, control.desired_speed_mps),
-    )

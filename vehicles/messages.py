@@ -10,13 +10,16 @@ from zenvoy.bus.flat import ColumnEncoder, FlatEncoder, alone
 from zenvoy.laws import Relative
 from zenvoy.vehicles.decision import Decision, Predicted
 from zenvoy.vehicles.knowledge import Knowledge
-from zenvoy.vehicles.state import LinkState
+from zenvoy.vehicles.received import Report
+from zenvoy.vehicles.shared_links import LinkEstimate
 
 _NOT_FLAT: Final = (
     "planned_from_ns",
     "planned_acceleration",
     "silent",
     "commanded_acceleration",
+    "odometer",
+    "offset",
 )
 _BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_NOT_FLAT)
 _BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_NOT_FLAT))
@@ -25,6 +28,8 @@ _PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
 _COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
 _NEIGHBOURS: Final = alone(pb.Command.DESCRIPTOR, "neighbours")
 _COMMANDED: Final = alone(pb.Beacon.DESCRIPTOR, "commanded_acceleration")
+_ODOMETER: Final = alone(pb.Beacon.DESCRIPTOR, "odometer")
+_OFFSET: Final = alone(pb.Beacon.DESCRIPTOR, "offset")
 _LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 _NOT_ESTIMATED: Final = Relative(nan, nan)
 
@@ -75,6 +80,19 @@ def reported(command_mps2: float) -> bytes:
     return _COMMANDED.encode(commanded_acceleration=command_mps2)
 
 
+def shared(report: Report) -> bytes:
+    """Return what a beacon says for laws that share links, as its end."""
+    odometer, offset = report.odometer, report.offset
+    encoded = _ODOMETER.encode(
+        odometer_distance=odometer.p, odometer_speed=odometer.v, odometer_since_ns=report.since_ns
+    )
+    if offset is None:
+        return encoded
+    return encoded + _OFFSET.encode(
+        offset_gap=offset.p, offset_speed=offset.v, offset_ahead_since_ns=report.ahead_since_ns
+    )
+
+
 class Instants(NamedTuple):
     """The cycle of a command, when it is decided, and when it takes effect (ns)."""
 
@@ -96,8 +114,9 @@ def command(
     predicted: None if it estimates nothing. counts_neighbours: whether to report how many
     neighbours counted.
     """
-    ahead = _link(known.link_ahead, predicted.ahead if predicted else None)
-    behind = _link(known.link_behind, predicted.behind if predicted else None)
+    link_ahead, link_behind = known.links
+    ahead = _link(link_ahead, predicted.ahead if predicted else None)
+    behind = _link(link_behind, predicted.behind if predicted else None)
     encoded = _COMMAND.encode(
         cycle=at.cycle,
         time_ns=at.decided_ns,
@@ -111,14 +130,14 @@ def command(
         ahead_speed_std=ahead.speed_std,
         ahead_predicted_gap=ahead.predicted.p,
         ahead_predicted_speed=ahead.predicted.v,
-        ahead_measured_ns=known.link_ahead.measured_ns,
+        ahead_measured_ns=link_ahead.measured_ns,
         behind_gap=behind.estimate.p,
         behind_speed=behind.estimate.v,
         behind_gap_std=behind.gap_std,
         behind_speed_std=behind.speed_std,
         behind_predicted_gap=behind.predicted.p,
         behind_predicted_speed=behind.predicted.v,
-        behind_measured_ns=known.link_behind.measured_ns,
+        behind_measured_ns=link_behind.measured_ns,
         speed=known.speed.estimate if predicted else nan,
         speed_std=known.speed.std if predicted else nan,
         predicted_speed=predicted.speed if predicted else nan,
@@ -141,9 +160,9 @@ class _Link(NamedTuple):
 _NOTHING_KNOWN: Final = _Link(_NOT_ESTIMATED, nan, nan, _NOT_ESTIMATED)
 
 
-def _link(state: LinkState, predicted: Relative | None) -> _Link:
+def _link(state: LinkEstimate, predicted: Relative | None) -> _Link:
     estimate = state.estimate
     if estimate is None:
         return _NOTHING_KNOWN
-    gap_std, speed_std = state.std
+    gap_std, speed_std = state.std or (nan, nan)
     return _Link(estimate, gap_std, speed_std, predicted or _NOT_ESTIMATED)

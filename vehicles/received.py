@@ -10,6 +10,20 @@ from google.protobuf.message import DecodeError
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.checks import is_sane
 from zenvoy.laws import Relative
+from zenvoy.vehicles.odometer import Odometer
+
+
+class Report(NamedTuple):
+    """The part of a beacon for laws that share links.
+
+    odometer began at since_ns. offset is that of the link to the vehicle ahead; None if there is
+    none. It refers to the odometer of the vehicle ahead that began at ahead_since_ns.
+    """
+
+    odometer: Odometer
+    since_ns: int
+    offset: Relative | None = None
+    ahead_since_ns: int = 0
 
 
 class ReceivedBeacon(NamedTuple):
@@ -25,6 +39,8 @@ class ReceivedBeacon(NamedTuple):
     planned_acceleration: tuple[float, ...]
     command: float | None
     """The newest command of the sender; None if it reports none."""
+    report: Report | None = None
+    """The part for laws that share links; None if it has none."""
 
 
 @lru_cache(maxsize=128)  # in one process, every receiver reads the same bytes
@@ -47,7 +63,20 @@ def beacon_in(payload: bytes) -> ReceivedBeacon | None:
         tuple(planned_from_ns),
         tuple(planned),
         beacon.commanded_acceleration if beacon.HasField("commanded_acceleration") else None,
+        _report_in(beacon),
     )
+
+
+def _report_in(beacon: pb.Beacon) -> Report | None:
+    """Return what a beacon reports for laws that share links."""
+    if not beacon.HasField("odometer"):
+        return None
+    there, offset = beacon.odometer, beacon.offset
+    odometer = Odometer(there.distance, there.speed)
+    if not beacon.HasField("offset"):
+        return Report(odometer, there.since_ns)
+    found = Relative(offset.gap, offset.speed)
+    return Report(odometer, there.since_ns, found, offset.ahead_since_ns)
 
 
 def radar_in(source: pb.Sense | pb.Beacon) -> Relative | None:

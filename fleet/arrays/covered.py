@@ -57,6 +57,10 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
     predicts = any(law_of(model).needs.prediction for model, _ in phases)
     if predicts and scenario.estimator.kind != "kalman":
         yield _line("estimator.kind", name_of(scenario.estimator.kind), "kalman")
+    lags_s = {one.lag_s for one in roster(scenario)}
+    if lags_s != {0.0} and any(law_of(model).needs.shares_links for model, _ in phases):
+        what = f"{max(lags_s):g} with a law that shares links"
+        yield _line("vehicle.actuator_lag_s", what, "null")
     if predicts and scenario.control.neighbour_state == "position":
         yield from _of_memory(scenario)
     for model, given in phases:

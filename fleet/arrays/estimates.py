@@ -8,11 +8,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.vehicles.arrays.covariances import Covariances
+from zenvoy.laws import Relative
 from zenvoy.vehicles.arrays.decisions import Decisions
-from zenvoy.vehicles.arrays.filters import LinkFilters
+from zenvoy.vehicles.arrays.shared_links import Logged
 from zenvoy.vehicles.arrays.vehicles import Vehicles
-from zenvoy.vehicles.arrays.view import Known
 
 Array = NDArray[Any]
 
@@ -27,7 +26,8 @@ class Estimates:
     def __init__(self, vehicles: Vehicles, decisions: Decisions) -> None:
         self.vehicles, self.decisions = vehicles, decisions
         self._found: dict[str, Array] = {}
-        self._stds: dict[int, Array] = {}
+        self._logged: dict[str, Logged] = {}
+        self._stds: dict[str, Array] = {}
 
     def __getitem__(self, name: str) -> Array:
         found = self._found.get(name)
@@ -38,19 +38,20 @@ class Estimates:
     @property
     def speed(self) -> Array:
         """Estimates of the own speeds at the start of the cycle, m/s."""
-        known = self.vehicles.estimators
+        known = self.vehicles.estimation
         return self._of_estimating(None if known is None else known.speed.v)
 
     @property
     def speed_std(self) -> Array:
-        """The standard deviation of `speed`, m/s."""
-        known = self.vehicles.estimators
-        return self._of_estimating(None if known is None else self.std(known.speed.covariances)[0])
+        """Standard deviation of `speed`, m/s."""
+        known = self.vehicles.estimation
+        return self._of_estimating(None if known is None else known.speed.covariances.std()[0])
 
     @property
     def predicted_speed(self) -> Array:
-        """Predictions of the own speeds when the commands take effect, m/s."""
-        predicted = self.vehicles.predicted
+        """Predicted own speeds at the time at which the commands take effect, m/s."""
+        known = self.vehicles.estimation
+        predicted = None if known is None else known.predicted
         return self._of_estimating(None if predicted is None else predicted.speed)
 
     @property
@@ -60,61 +61,72 @@ class Estimates:
         since = self.vehicles.cycle - heard
         return np.where(heard < 0, -1, since * self.vehicles.timing.period_ns)
 
-    def link(self, side: str) -> tuple[LinkFilters, Known] | None:
-        """Return filters and predictions of the link to the vehicle `ahead` or `behind`."""
-        known, predicted = self.vehicles.estimators, self.vehicles.predicted
-        if known is None or predicted is None:
-            return None
-        if side == "ahead":
-            return known.link_ahead, predicted.ahead
-        return known.link_behind, predicted.behind
-
-    def of_link(self, side: str, column: Callable[[LinkFilters, Known], Array]) -> Array:
+    def of_link(self, side: str, column: Callable[[Estimates, str], Array]) -> Array:
         """Return a column of a link; it is NaN where the link has not been measured yet."""
-        found = self.link(side)
-        if found is None:
+        if self.vehicles.estimation is None:
             return self._filled(np.nan)
-        return np.where(self._measured(found[0]), column(*found), np.nan)
+        return np.where(self._measured(side), column(self, side), np.nan)
 
     def measured_ns(self, side: str) -> Array:
         """Return the time of the newest reading of a link, ns; -1 if there is none yet."""
-        found = self.link(side)
-        if found is None:
+        if self.vehicles.estimation is None:
             return self._filled(-1)
-        link, _ = found
-        return np.where(self._measured(link), link.measured * self.vehicles.timing.period_ns, -1)
+        measured = self.logged(side).measured
+        return np.where(self._measured(side), measured * self.vehicles.timing.period_ns, -1)
 
-    def std(self, covariances: Covariances) -> Array:
-        """Return the standard deviations of states; they are computed once per cycle."""
-        found = self._stds.get(id(covariances))
+    def logged(self, side: str) -> Logged:
+        """Return the estimates of the links to the vehicles `ahead` or `behind`."""
+        found = self._logged.get(side)
         if found is None:
-            found = self._stds[id(covariances)] = covariances.std()
+            assert self.vehicles.estimation is not None
+            found = self._logged[side] = self.vehicles.estimation.logged(side, self.vehicles.cycle)
         return found
 
-    def _measured(self, link: LinkFilters) -> Array:
-        return self.vehicles.estimates & (link.measured >= 0)
+    def predicted(self, side: str) -> Relative:
+        """Return the predictions of the links to the vehicles `ahead` or `behind`."""
+        known = self.vehicles.estimation
+        assert known is not None
+        assert known.predicted is not None
+        return known.predicted.ahead.state if side == "ahead" else known.predicted.behind.state
+
+    def std(self, side: str) -> Array:
+        """Return the standard deviations of a link, (2, runs · n), computed once per cycle."""
+        found = self._stds.get(side)
+        if found is None:
+            found = self._stds[side] = self.logged(side).std()
+        return found
+
+    def _measured(self, side: str) -> Array:
+        known = self.vehicles.estimation
+        assert known is not None
+        return known.roles.estimate & (self.logged(side).measured >= 0)
 
     def _of_estimating(self, values: Array | None) -> Array:
-        does = self.vehicles.estimates
-        return self._filled(np.nan) if values is None else np.where(does, values, np.nan)
+        known = self.vehicles.estimation
+        if known is None or values is None:
+            return self._filled(np.nan)
+        return np.where(known.roles.estimate, values, np.nan)
 
     def _filled(self, value: float) -> Array:
-        return np.full(len(self.vehicles.estimates), value)
+        return np.full(len(self.decisions.mode), value)
 
 
 _OF_LINK: Final[dict[str, Callable[[Estimates, str], Array]]] = {
-    "gap": lambda of, side: of.of_link(side, lambda link, _: link.p),
-    "speed": lambda of, side: of.of_link(side, lambda link, _: link.v),
-    "gap_std": lambda of, side: of.of_link(side, lambda link, _: of.std(link.covariances)[0]),
-    "speed_std": lambda of, side: of.of_link(side, lambda link, _: of.std(link.covariances)[1]),
-    "predicted_gap": lambda of, side: of.of_link(side, lambda _, known: known.state.p),
-    "predicted_speed": lambda of, side: of.of_link(side, lambda _, known: known.state.v),
-    "measured_ns": lambda of, side: of.measured_ns(side),
+    "gap": lambda of, side: of.logged(side).state.p,
+    "speed": lambda of, side: of.logged(side).state.v,
+    "gap_std": lambda of, side: of.std(side)[0],
+    "speed_std": lambda of, side: of.std(side)[1],
+    "predicted_gap": lambda of, side: of.predicted(side).p,
+    "predicted_speed": lambda of, side: of.predicted(side).v,
 }
 
 
 def _on(side: str, column: Callable[[Estimates, str], Array]) -> Callable[[Estimates], Array]:
-    return lambda of: column(of, side)
+    return lambda of: of.of_link(side, column)
+
+
+def _measured_on(side: str) -> Callable[[Estimates], Array]:
+    return lambda of: of.measured_ns(side)
 
 
 _COLUMNS: Final[dict[str, Callable[[Estimates], Array]]] = {
@@ -129,6 +141,7 @@ _COLUMNS: Final[dict[str, Callable[[Estimates], Array]]] = {
         for side in ("ahead", "behind")
         for name, column in _OF_LINK.items()
     },
+    **{f"{side}_measured_ns": _measured_on(side) for side in ("ahead", "behind")},
 }
 
 NEIGHBOURS: Final = "neighbours"

@@ -40,6 +40,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *start_that_disagrees(scenario),
         *_ring(scenario),
         *_weights(scenario),
+        *_shared_links(scenario),
         *sets_that_disagree(scenario),
         *_times(scenario),
         *_beacons(scenario),
@@ -118,6 +119,19 @@ def _weights(scenario: Scenario) -> Iterator[Problem]:
         key = "control.multi_node.neighbours"
         text = f"{len(multi.weights)} numbers, not one for each of {key} ({multi.neighbours})"
         yield Problem(key="control.multi_node.weights", text=text, related=(key,))
+
+
+def _shared_links(scenario: Scenario) -> Iterator[Problem]:
+    """Check that links which their vehicles share are measured by radar."""
+    if scenario.control.neighbour_state == "radar":
+        return
+    for key, model, _ in _models(scenario):
+        law = find(model)
+        if law is not None and law.needs.shares_links:
+            name = name_of(model)
+            text = f"position does not go with {name}, which shares radar readings; allowed: radar"
+            yield Problem(key="control.neighbour_state", text=text, related=(key,))
+            return
 
 
 def _times(scenario: Scenario) -> Iterator[Problem]:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from typing import Any, Final, NamedTuple
 
@@ -87,8 +88,13 @@ BUILT_IN: Final = {
     ),
     "a car that remembers": ("ring/pi", ("control.schedule.0.at_s=4",)),
     "feedforward": ("plexe/ploeg", ()),
-    "silence": ("plexe/dcacc", ("channel.outages.0.from_s=5", "channel.outages.0.until_s=15")),
     "probe": ("probes/pbcm", ()),
+    "bursts": ("beyond/case-15-bursts", ("control.schedule.0.at_s=2",)),
+    "bursts and two cycles of delay": ("beyond/case-16-bursts", ("control.schedule.0.at_s=2",)),
+    "silence for longer than all patience": (
+        "quickstart",
+        ("control.model=SPBCM", "control.parameters.patience_s=2", "channel.loss.p=0.97"),
+    ),
     "unicast": ("technologies/5g-mmwave", ()),
     "stopped by a collision": ("paper/case-01", ("on_collision=stop", "control.gains.k_d=3")),
     "latency without bounds": (
@@ -244,6 +250,8 @@ def whole_scenarios(draw: st.DrawFn) -> Scenario:
 
 def _valid(values: dict[str, Any]) -> Scenario:
     """Return the scenario, or a plainer one if its drawn values exclude each other."""
+    if "SPBCM" in json.dumps(values):
+        values = {**values, "control": {**values["control"], "neighbour_state": "radar"}}
     try:
         return Scenario.model_validate(values)
     except ValueError:

@@ -176,6 +176,11 @@ def test_a_scenario_that_arrays_do_not_run_is_refused_at_once(here: Path) -> Non
             "estimator.kind: ekf does not run on arrays; allowed: kalman",
         ),
         (
+            ("--set", "vehicle.actuator_lag_s=0.5", "--set", "control.model=SPBCM"),
+            "vehicle.actuator_lag_s: 0.5 with a law that shares links does not run on arrays; "
+            "allowed: null",
+        ),
+        (
             (
                 "--set",
                 "control={neighbour_state: position, model: PBCM, beacon_age_limit_ms: 200}",
@@ -186,7 +191,7 @@ def test_a_scenario_that_arrays_do_not_run_is_refused_at_once(here: Path) -> Non
             "allowed: up to 389 ms with control.neighbour_state: position",
         ),
     ],
-    ids=["estimator", "memory"],
+    ids=["estimator", "lag", "memory"],
 )
 def test_estimators_that_arrays_do_not_run_are_refused(
     here: Path, changes: tuple[str, ...], line: str

@@ -59,6 +59,11 @@ from zenvoy.scenarios import (
             "control: {model: FM, schedule: [{at_s: 10, model: BCM}]}\nfleet:\n  size: 2",
             "fleet.size: 2 is not at least 3, which BCM needs on the ring  (s.yaml, line 3)",
         ),
+        (
+            "control:\n  neighbour_state: position\n  schedule: [{at_s: 10, model: SPBCM}]\n",
+            "control.neighbour_state: position does not go with SPBCM, which shares radar readings;"
+            " allowed: radar  (s.yaml, line 2)",
+        ),
     ],
 )
 def test_values_that_disagree_are_refused(refusal: Refusal, text: str, line: str) -> None:

@@ -7,15 +7,29 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.laws import Relative
 from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints, Rows
 from zenvoy.vehicles.arrays.timing import Timing
+from zenvoy.vehicles.odometer import Odometer
+
+
+class Shared(NamedTuple):
+    """The part of the beacons of a cycle for laws that share links, as `received.Report`."""
+
+    odometer: Odometer
+    offset: Relative
+
+    def of(self, senders: NDArray[np.int64]) -> Shared:
+        """Return the parts of the beacons of some vehicles."""
+        (p, v), (gap, speed) = self.odometer, self.offset
+        return Shared(Odometer(p[senders], v[senders]), Relative(gap[senders], speed[senders]))
 
 
 class Beacons(NamedTuple):
     """The beacons of a cycle: readings in m, m/s and m/s², plans, and newest commands in m/s².
 
-    command is None unless a law of the fleet needs commands.
+    command is None unless a law of the fleet needs commands, and shared unless one shares links.
     """
 
     position: Floats
@@ -25,6 +39,7 @@ class Beacons(NamedTuple):
     relative_speed: Floats
     plan: Plan
     command: Floats | None = None
+    shared: Shared | None = None
 
     def of(self, senders: NDArray[np.int64]) -> Beacons:
         """Return the beacons of some vehicles."""
@@ -36,11 +51,14 @@ class Beacons(NamedTuple):
             self.relative_speed[senders],
             self.plan.of(senders),
             None if self.command is None else self.command[senders],
+            None if self.shared is None else self.shared.of(senders),
         )
 
 
 class Link:
     """A link from one vehicle to each of `count` vehicles, with the newest beacon received on it.
+
+    It does not keep the part of the beacon for laws that share links (`SharedLinks.hear`).
 
     sender (count,) is the index of the vehicle that sends; -1 if there is none.
     """
@@ -66,7 +84,7 @@ class Link:
         """Store the beacons of a cycle for some vehicles, to which they are news; return them."""
         heard = beacons.of(self.sender[rows])
         if isinstance(rows, slice):
-            self.newest, self._uniform = heard, cycle
+            self.newest, self._uniform = heard._replace(shared=None), cycle
             self.cycle = np.full(len(self.sender), cycle)
         else:
             newest, count = self.newest, len(self.sender)

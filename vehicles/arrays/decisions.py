@@ -14,6 +14,7 @@ import numpy as np
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import Motion, Needs, Observation, Output, Relative, Setpoint
 from zenvoy.laws.law import SILENT, UNKNOWN
+from zenvoy.laws.relative import NAN, Number
 from zenvoy.scenarios import Limits
 from zenvoy.vehicles.arrays.aims import Aims
 from zenvoy.vehicles.arrays.law_calls import LawCalls
@@ -27,7 +28,7 @@ from zenvoy.vehicles.arrays.rows import (
     everywhere,
     within,
 )
-from zenvoy.vehicles.arrays.view import Reported, Seen, View
+from zenvoy.vehicles.arrays.view import Known, Reported, Seen, View
 from zenvoy.vehicles.control import FOLLOWING
 from zenvoy.vehicles.decision import Controller, driven, limited
 
@@ -139,7 +140,8 @@ class Decider:
             speed=seen.speed[rows],
             setpoint=_of(now.aims.setpoint, rows),
             ahead=_relative(seen.ahead.state, rows),
-            behind=_relative(seen.behind.state, rows) if needs.behind else UNKNOWN,
+            behind=_behind(seen.behind, needs, rows),
+            behind_age_s=_behind_age_s(view, needs, rows),
             sides=sides,
             predecessor=_motion(view.predecessor, needs, rows) if needs.predecessor else SILENT,
             leader=_motion(view.leader, needs, rows) if needs.leader else SILENT,
@@ -183,7 +185,7 @@ def _needed(controller: Controller, view: View, seen: Seen, rows: Rows) -> Bools
     """Return where a law has the data it needs, the link ahead aside; None means everywhere."""
     needs = controller.law.needs
     ok = None
-    if needs.behind:
+    if needs.behind and not (needs.shares_links and needs.tolerates_silence):
         ok = _both(_there(view.read.behind.there, rows), _there(seen.behind.there, rows))
     if needs.sides and view.known_sides is not None:
         ok = _both(ok, view.known_sides[rows] > 0)
@@ -216,6 +218,22 @@ def _of(setpoint: Setpoint, rows: Rows) -> Setpoint:
 
 def _relative(state: Relative, rows: Rows) -> Relative:
     return Relative(state.p[rows], state.v[rows])
+
+
+def _behind(link: Known, needs: Needs, rows: Rows) -> Relative:
+    """Return the link behind of some vehicles, if a law needs it; NaN where it is missing."""
+    if not needs.behind:
+        return UNKNOWN
+    state, there = _relative(link.state, rows), _there(link.there, rows)
+    if there is None or everywhere(there):
+        return state
+    return Relative(*(np.where(there, one, np.nan) for one in state))
+
+
+def _behind_age_s(view: View, needs: Needs, rows: Rows) -> Number:
+    if not needs.shares_links or view.behind_age_s is None:
+        return NAN
+    return view.behind_age_s[rows]
 
 
 def _motion(report: Reported, needs: Needs, rows: Rows) -> Motion:

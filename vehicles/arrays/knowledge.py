@@ -13,16 +13,15 @@ import numpy as np
 from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
-from zenvoy.vehicles.arrays.filters import LinkFilters, SpeedFilters
+from zenvoy.vehicles.arrays.filters import LinkFilters
 from zenvoy.vehicles.arrays.links import Links, gap_then
 from zenvoy.vehicles.arrays.own import OwnMotion
 from zenvoy.vehicles.arrays.plans import Plan, Stretch
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, everywhere, within
 from zenvoy.vehicles.arrays.timing import Timing
-from zenvoy.vehicles.arrays.view import Known, Seen
-from zenvoy.vehicles.estimator import ReadingError
-from zenvoy.vehicles.knowledge import link_errors
+from zenvoy.vehicles.arrays.view import Known
+from zenvoy.vehicles.link_errors import link_errors
 from zenvoy.vehicles.state import GIVE_UP_PERIODS, predicted
 from zenvoy.vehicles.steps import NS
 
@@ -34,7 +33,7 @@ The period begins the given number of cycles ago.
 
 
 class Estimators:
-    """The filters of every vehicle for its link ahead, its link behind and its own speed.
+    """The filters of every vehicle for its link ahead and its link behind.
 
     With `by_position`, reported positions measure the links instead of radars.
     """
@@ -53,13 +52,11 @@ class Estimators:
         count = len(self._ahead.sender)
         period_s, sigma = timing.period_ns * 1e-9, scenario.estimator.acceleration_std_mps2
         gap_error, speed_error = link_errors(scenario)
-        own_error = ReadingError(scenario.sensors.error_std, scenario.control.desired_speed_mps)
         self._timing, self._own, self._by_position = timing, own, by_position
         self.link_ahead, self.link_behind = (
             LinkFilters(period_s, sigma, copy(gap_error), copy(speed_error), count)
             for _ in range(2)
         )
-        self.speed = SpeedFilters(period_s, sigma, own_error, count)
         self._known_ahead = np.zeros(count, dtype=np.bool_)  # whose vehicle ahead has a plan
         self._past: dict[int, tuple[Floats, Floats]] = {}  # own positions and speeds by cycle
 
@@ -70,8 +67,11 @@ class Estimators:
             if len(self._past) > self._timing.keep_ns // self._timing.period_ns + 2:
                 del self._past[next(iter(self._past))]
 
-    def hear(self, link: Link, cycle: int, rows: Rows, beacons: Beacons) -> None:
-        """Store beacons of a cycle that a link has delivered, and measure the link by them."""
+    def hear(self, link: Link, cycle: int, rows: Rows, beacons: Beacons) -> Beacons:
+        """Store beacons of a cycle that a link has delivered, and measure the link by them.
+
+        Return the beacons that each of the vehicles has heard.
+        """
         measures = link is self._behind or (link is self._ahead and self._by_position)
         before, of_cycle = link.newest.plan, link.cycle
         known = self._known_ahead[rows] if link is self._ahead else None
@@ -81,7 +81,7 @@ class Estimators:
         if link is self._ahead:
             self._known_ahead[rows] = True
         if not measures:
-            return
+            return heard
         looks_back = link is self._behind
         own, timing = self._own, self._timing
 
@@ -102,6 +102,7 @@ class Estimators:
         filters = self.link_behind if looks_back else self.link_ahead
         z = self._state_in(link, cycle, rows, heard)
         self._measure(filters, cycle, rows, z, heard.speed, relative)
+        return heard
 
     def _state_in(
         self, link: Link, cycle: int, rows: Rows, heard: Beacons
@@ -117,8 +118,10 @@ class Estimators:
         seam = self._seams[0 if ahead else 1][rows]
         return gap_then(heard, position, speed, seam, ahead=ahead)
 
-    def estimate(self, cycle: int, beacons: Beacons, radar: Rows, wanted: Bools | None) -> Seen:
-        """Estimate at t_cycle, and return predictions to the effect of the commands.
+    def estimate(
+        self, cycle: int, beacons: Beacons, radar: Rows, wanted: Bools | None
+    ) -> tuple[Known, Known]:
+        """Estimate at t_cycle, and return the links ahead and behind at the commands' effect.
 
         radar selects the vehicles with a vehicle ahead. wanted is a mask of those whose link behind
         is used; None means all of them.
@@ -134,14 +137,11 @@ class Estimators:
 
             z = (beacons.gap[radar], beacons.relative_speed[radar])
             self._measure(self.link_ahead, cycle, radar, z, beacons.speed[radar], relative)
-        self.speed.measure(beacons.speed, acceleration)
-        return self._predicted(cycle, radar, wanted)
+        return self._predicted(cycle, wanted)
 
-    def _predicted(self, cycle: int, radar: Rows, wanted: Bools | None) -> Seen:
+    def _predicted(self, cycle: int, wanted: Bools | None) -> tuple[Known, Known]:
         until_ns = self._timing.effect_ns
         own = self._own.over(cycle, until_ns, ALL)
-        assert self.speed.v is not None
-        speed = np.maximum(0.0, self.speed.v + own[1])
         if self._by_position:
             ahead = self._predict_by_age(cycle, self.link_ahead, self._ahead, None)
         else:
@@ -149,7 +149,7 @@ class Estimators:
             state = predicted(link.p, link.v, until_ns * NS, front, own)
             ahead = Known(state, _measured(link))
         behind = self._predict_by_age(cycle, self.link_behind, self._behind, wanted)
-        return Seen(ahead, behind, speed)
+        return ahead, behind
 
     def _predict_by_age(
         self, cycle: int, filters: LinkFilters, link: Link, wanted: Bools | None

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from zenvoy.keyed_random.draws import Purpose, uniforms
-from zenvoy.laws import Relative, law_of
+from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.aims import Schedule
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
 from zenvoy.vehicles.arrays.control import Controllers
 from zenvoy.vehicles.arrays.decisions import Decider, Decisions, Occasion
-from zenvoy.vehicles.arrays.knowledge import Estimators
+from zenvoy.vehicles.arrays.estimation import Estimation, Roles
 from zenvoy.vehicles.arrays.links import (
     by_position,
     by_radar,
@@ -82,17 +82,11 @@ class Vehicles:
         predicts = any(one.prediction for one in needs)
         lag_s = np.array([one.lag_s for one in settings])
         self.own = OwnMotion(self.timing, lag_s, predicts=predicts)
-        self.estimators: Estimators | None = None
+        self.estimation: Estimation | None = None
+        """Estimates and predictions, if any law needs them."""
         if predicts:
-            self.estimators = Estimators(
-                first, self.timing, self.own, self.links, by_position=self._by_position
-            )
-        self.estimates = np.array(
-            [any(law_of(model).needs.prediction for model in one.models) for one in settings]
-        )
-        """Vehicles that run filters, because one of their laws needs them."""
-        self.predicted: Seen | None = None
-        """The newest predictions to the effect of the commands, if any law needs them."""
+            roles = Roles.of(settings)
+            self.estimation = Estimation(first, self.timing, self.own, self.links, roles)
         self._beacons: Beacons | None = None
         self.cycle = -1
 
@@ -102,9 +96,9 @@ class Vehicles:
         ahead, behind = self._m, self._m
         if not self._by_position and ahead:
             ahead -= 1  # the own radar measures the first link
-        if self.estimators is not None or self._wants_predecessor or self._by_position:
+        if self.estimation is not None or self._wants_predecessor or self._by_position:
             ahead = max(ahead, 1)
-        if self.estimators is not None or self._looks_behind:
+        if self.estimation is not None or self._looks_behind:
             behind = max(behind, 1)
         leader = [] if self.links.leader is None else [self.links.leader]
         return [*self.links.ahead[:ahead], *self.links.behind[:behind], *leader]
@@ -113,12 +107,12 @@ class Vehicles:
         """Begin the next cycle with these readings, and return the beacons of the vehicles."""
         self.cycle += 1
         plan = Plan(())
-        if self.estimators is not None or self._wants_motion:
+        if self.estimation is not None or self._wants_motion:
             plan = self.own.sense(senses.acceleration)
         command = self.own.newest_command if self._reports_commands else None
         self._beacons = Beacons(*senses, plan, command)
-        if self.estimators is not None:
-            self.estimators.sense(self.cycle, self._beacons)
+        if self.estimation is not None:
+            self._beacons = self.estimation.sense(self.cycle, self._beacons)
         return self._beacons
 
     def hear(self, link: Link, cycle: int, to: Bools | None, beacons: Beacons) -> None:
@@ -132,10 +126,10 @@ class Vehicles:
             rows = chosen(news if to is None else news & to)
         if rows is None:
             return
-        if self.estimators is None:
+        if self.estimation is None:
             link.hear(cycle, rows, beacons)
         else:
-            self.estimators.hear(link, cycle, rows, beacons)
+            self.estimation.hear(link, cycle, self.cycle, rows, beacons)
 
     def decide(self, wants_all: bool) -> Decisions:
         """Return the decisions of the cycle.
@@ -154,7 +148,7 @@ class Vehicles:
                 uniform=self._uniform,
             )
         )
-        if self.estimators is not None or self._wants_motion:
+        if self.estimation is not None or self._wants_motion:
             self.own.command(decisions.acceleration)
         return decisions
 
@@ -173,11 +167,11 @@ class Vehicles:
         if self._m:
             states = by_radar(links, radar, cycle) if states is None else states
             sides, known_sides = states.pairs, states.known
-        predicted = None
-        if self.estimators is not None:
+        predicted, shared = None, None
+        if self.estimation is not None:
             wanted = None if wants_all else read.behind.there
-            predicted = self.estimators.estimate(cycle, beacons, self._radar, wanted)
-            self.predicted = predicted
+            predicted = self.estimation.estimate(cycle, beacons, self._radar, wanted)
+            shared = self.estimation.shared
         return View(
             radar=radar,
             read=read,
@@ -187,6 +181,7 @@ class Vehicles:
             predecessor=self._predecessor(beacons.position),
             leader=self._leader(beacons.position),
             acceleration=beacons.acceleration,
+            behind_age_s=None if shared is None else shared.behind_age_s(cycle),
             first=self._first,
             last=self._last,
         )

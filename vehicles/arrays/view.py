@@ -48,8 +48,9 @@ class View:
     radar is the reading of the own radar, and read has the newest readings of all sources.
     predicted has the estimates at the effect of the commands, if any law needs them. sides has
     the states to the j-th vehicle ahead and behind, and known_sides is the number of vehicles
-    that are known on both sides. acceleration has the own readings, m/s². first and last are
-    masks of the vehicles at the ends of an open road.
+    that are known on both sides. acceleration has the own readings, m/s². behind_age_s has the
+    ages of what is known of shared links behind, s; NaN where nothing is known. first and last
+    are masks of the vehicles at the ends of an open road.
     """
 
     radar: Relative
@@ -60,5 +61,6 @@ class View:
     predecessor: Reported = NOTHING
     leader: Reported = NOTHING
     acceleration: Floats
+    behind_age_s: Floats | None = None
     first: Bools | None = None
     last: Bools | None = None
