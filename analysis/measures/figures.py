@@ -44,6 +44,7 @@ def _measures() -> Iterator[tuple[str, Measure]]:
         yield f"distance_m.{span}.max", Measure("m", f"MaxDistance {words}")
     yield "speed_spread_at_100_s_mps", Measure("m/s", "spread of speed at 100 s")
     yield "gap_error_rms_m", Measure("m", "RMS error of the gaps from their mean")
+    yield "tail_speed_swing_mps", Measure("m/s", "swing of speed of the tail")
     yield "speed_swing_ratio", Measure("", "swing of speed, tail over head")
     yield "acceleration_rms_mps2", Measure("m/s²", "RMS acceleration")
     yield "jerk_rms_mps3", Measure("m/s³", "RMS jerk")

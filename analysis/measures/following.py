@@ -60,16 +60,19 @@ def following(run: Run) -> dict[str, float | None]:
     changes = jerk(acceleration, period_s) if len(acceleration) > 1 else acceleration[:0]
     return {
         "gap_error_rms_m": gap_error(gaps(truth["position"], run.scenario.ring_length_m)),
-        "speed_swing_ratio": _swing_ratio(run),
+        **_swings(run),
         "acceleration_rms_mps2": rms(acceleration) if acceleration.size else None,
         "jerk_rms_mps3": rms(changes) if changes.size else None,
     }
 
 
-def _swing_ratio(run: Run) -> float | None:
-    found = ends(run)
-    if found is None:
-        return None
-    head, tail, start_s = found
-    speed = run.truth["speed"][run.time_s >= start_s - 1e-9]
-    return swing_ratio(speed[:, head], speed[:, tail]) if len(speed) else None
+def _swings(run: Run) -> dict[str, float | None]:
+    """Return how much the speed of the tail swings, m/s, and its ratio to that of the head."""
+    swing_mps = ratio = None
+    if (found := ends(run)) is not None:
+        head, tail, start_s = found
+        speed = run.truth["speed"][run.time_s >= start_s - 1e-9]
+        if len(speed):
+            swing_mps = float(speed[:, tail].std())
+            ratio = swing_ratio(speed[:, head], speed[:, tail])
+    return {"tail_speed_swing_mps": swing_mps, "speed_swing_ratio": ratio}

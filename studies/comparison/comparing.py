@@ -23,6 +23,7 @@ from zenvoy.studies.sweeps.sweep import OnLine, make_runs
 MEASURED: Final = (
     "smallest_gap_m",
     "gap_error_rms_m",
+    "tail_speed_swing_mps",
     "speed_swing_ratio",
     "acceleration_rms_mps2",
     "jerk_rms_mps3",

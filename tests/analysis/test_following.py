@@ -76,6 +76,7 @@ def test_a_summary_has_the_figures_of_the_truth(tmp_path: Path) -> None:
     summary = summarize(run.log)
     speed = run.truth["speed"][50:]
     assert summary["speed_swing_ratio"] == pytest.approx(speed[:, 3].std() / speed[:, 0].std())
+    assert summary["tail_speed_swing_mps"] == pytest.approx(speed[:, 3].std())
     gap = gaps(run.truth["position"], None)[:, 1:]
     mean = gap.mean(axis=1)[:, None]
     assert summary["gap_error_rms_m"] == pytest.approx(np.sqrt(((gap - mean) ** 2).mean()))
@@ -97,7 +98,8 @@ def test_on_a_ring_the_tail_is_the_vehicle_ahead_of_the_head(tmp_path: Path) -> 
 def test_a_ring_that_nothing_disturbs_has_no_head(tmp_path: Path) -> None:
     log = write_log(tmp_path / "run.mcap", STEADY)
     assert ends(load(log)) is None
-    assert summarize(log)["speed_swing_ratio"] is None
+    summary = summarize(log)
+    assert summary["speed_swing_ratio"] is summary["tail_speed_swing_mps"] is None
 
 
 def test_nothing_follows_the_last_vehicle_of_the_open_road(tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_python_returns_the_figures_of_the_file(
     frame = compare_laws(Path("s.yaml"), LAWS, seeds=[1, 2, 3, 4], out="out", on_line=said.append)
     assert said == ["4 cells × 4 seeds: 16 runs, 0 to do"]
     found = findings(compared)
-    assert len(frame) == len(found) == 4 * 7
+    assert len(frame) == len(found) == 4 * 8
     for row in frame.to_dict("records"):
         assert row["mean"] == float(found[row["measure"], row["law"]]["mean"])
 
