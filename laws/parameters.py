@@ -11,10 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 _CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
-
 _LARGEST = 1e9
 Positive = Annotated[float, Field(gt=0.0, le=_LARGEST)]
 NonNegative = Annotated[float, Field(ge=0.0, le=_LARGEST)]
+Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
+Sides = Annotated[int, Field(ge=1, le=100)]
+"""A number of vehicles on each side."""
 Exponent = Annotated[int, Field(ge=1, le=16)]
 """The exponent of a power that is computed by products."""
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from zenvoy.laws import Needs, find
+from zenvoy.laws import Law, Needs, find
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
 from zenvoy.scenarios.schema.notes_of_events import notes_of_events
@@ -101,5 +102,10 @@ def _only_time_gaps(scenario: Scenario) -> bool:
     laws = [find(model) for settings in roster(scenario) for model in settings.models]
     by_radar = scenario.control.neighbour_state == "radar"
     return by_radar and all(
-        law is not None and not law.keeps_gap and law.needs == Needs() for law in laws
+        law is not None and not law.keeps_gap and _needs_no_report(law) for law in laws
     )
+
+
+def _needs_no_report(law: Law) -> bool:
+    """Return whether a law needs nothing that only another vehicle's beacon can tell."""
+    return replace(law.needs, prediction=False) == Needs()

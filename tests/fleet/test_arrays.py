@@ -86,6 +86,8 @@ BUILT_IN: Final = {
         "ring/follower-stopper",
         ("control.schedule.0.at_s=4", "control.schedule.1.at_s=12"),
     ),
+    "a car that leads": ("mixed/lcc", ()),
+    "predictor feedback": ("following/pf-cacc", ()),
     "a car that remembers": ("ring/pi", ("control.schedule.0.at_s=4",)),
     "feedforward": ("plexe/ploeg", ()),
     "probe": ("probes/pbcm", ()),
