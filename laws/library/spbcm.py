@@ -47,6 +47,6 @@ LAW = Law(
     needs=Needs(behind=True, prediction=True, shares_links=True, tolerates_silence=True),
     keeps_gap=True,
     mode=18,
-    colour="#117733",
+    colour="#BB5566",
     linear=_linear,
 )
