@@ -110,7 +110,8 @@ def test_a_merged_mapping_may_merge_another(write: Write) -> None:
         (
             "x-f: &f\n  siz: 3\nfleet: {<<: *f}",
             "fleet.siz: unknown key; did you mean 'size'? allowed: size, length_m, gap_m, "
-            "bumper_gap_m, speed_mps, groups  (s.yaml, line 2)",
+            "bumper_gap_m, speed_mps, initial_gaps_m, initial_speeds_mps, reported_gaps, groups"
+            "  (s.yaml, line 2)",
         ),
         (
             "fleet: &f {<<: *f}",

@@ -27,7 +27,7 @@ def test_errors_point_to_the_file_that_has_the_value(write: Write) -> None:
         "seed: 'x' is not a whole number  (base.yaml, line 1)",
         "fleet.size: 1 is not in [2, 10000]  (base.yaml, line 4)",
         "fleet.colour: unknown key; allowed: size, length_m, gap_m, bumper_gap_m, speed_mps, "
-        "groups"
+        "initial_gaps_m, initial_speeds_mps, reported_gaps, groups"
         "  (base.yaml, line 5)",
         "duration_s: -1 is not in (0, 1e9]  (middle.yaml, line 2)",
         "fleet.length_m: 0 is not in (0, 1e9]  (middle.yaml, line 3)",

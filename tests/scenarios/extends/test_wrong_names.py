@@ -78,7 +78,7 @@ def test_a_misspelt_extends_is_recognised(write: Write) -> None:
     write({"s.yaml": "fleet: {extends: quickstart}\n"})
     assert problems() == [
         "fleet.extends: unknown key; allowed: size, length_m, gap_m, bumper_gap_m, speed_mps, "
-        "groups"
+        "initial_gaps_m, initial_speeds_mps, reported_gaps, groups"
         "  (s.yaml, line 1)"
     ]
 
