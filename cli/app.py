@@ -15,8 +15,9 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from zenvoy.cli.calibrate_command import CONVOY_COMMANDS
+from zenvoy.cli.calibrate_command import calibrate
 from zenvoy.cli.compare_laws_command import COMPARE_LAWS_COMMANDS
+from zenvoy.cli.convoys_command import convoys
 from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
 from zenvoy.cli.new import NEW
@@ -331,7 +332,8 @@ for command in (
     *SWEEP_COMMANDS,
     *COMPARE_LAWS_COMMANDS,
     *TUNE_COMMANDS,
-    *CONVOY_COMMANDS,
+    calibrate,
+    convoys,
 ):
     app.command()(command)
 

@@ -129,6 +129,3 @@ def _bound(text: str) -> tuple[str, tuple[float, float]]:
     if not name or not -math.inf < low < high < math.inf:
         refuse(f"--bound {text}: is not of the form NAME=LOW:HIGH, with LOW below HIGH")
     return name.strip(), (low, high)
-
-
-CONVOY_COMMANDS = (calibrate,)

@@ -54,16 +54,18 @@ class Calibration:
         return law_of(self.task.model)
 
 
-def model_named(name: str, *, allow_code: bool = False) -> str:
-    """Return the reference of a law that may be fitted; raises ConvoyError.
-
-    Laws of the library may be written in small letters.
-    """
+def law_named(name: str, *, allow_code: bool = False) -> str:
+    """Return the reference of a law, in small letters or not; raises ConvoyError."""
     known = {law.lower(): law for law in builtin()}
     try:
-        model = known.get(name.lower()) or resolve(name, Path(), allow_code=allow_code)
+        return known.get(name.lower()) or resolve(name, Path(), allow_code=allow_code)
     except UnknownLawError as error:
         raise _refused(f"{shown(name)}: {error}") from None
+
+
+def model_named(name: str, *, allow_code: bool = False) -> str:
+    """Return the reference of a law that may be fitted; raises ConvoyError."""
+    model = law_named(name, allow_code=allow_code)
     needs = law_of(model).needs
     others = needs.behind or needs.sides or needs.predecessor or needs.leader or needs.prediction
     if others or law_of(model).section is not None:
