@@ -120,9 +120,9 @@ def _fleet(run: Run, topic: Topic[Any]) -> pa.Table:
     }
     if topic is not ESTIMATE:
         return _table({**times, "vehicle": vehicle, **columns}, rows)
-    own = {mode: law.name for mode, law in sorted(run.laws.items()) if mode >= pb.MODE_OWN}
+    names = {law.mode: law.name for _, law in sorted(run.laws.items())}
     units = run.units[ESTIMATE.log_name]
-    return _table({**times, "vehicle": vehicle, **columns}, rows, units, own)
+    return _table({**times, "vehicle": vehicle, **columns}, rows, units, names)
 
 
 def _frames(frames: Table) -> pa.Table:
@@ -165,7 +165,7 @@ def _table(
 ) -> pa.Table:
     """Return an Arrow table of columns by their names in the log; an empty column becomes nulls.
 
-    `laws` are the names of the laws that are not in the library, by mode.
+    `laws` are the names of the laws, by mode.
     """
     fields, arrays = [], []
     for name, column in columns.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -49,12 +49,14 @@ class LoggedLaw:
         return linear
 
 
-def laws_in(metadata: Mapping[str, str]) -> dict[int, LoggedLaw]:
+def laws_in(metadata: Mapping[str, str], named: Container[str] = ()) -> dict[int, LoggedLaw]:
     """Return the laws by mode: those of the library, and those in the metadata zenvoy.laws.
 
+    A law of the library logs its columns only in scenarios that name it; `named` has their models.
     Raises ValueError where the metadata cannot be understood.
     """
-    found = {law.mode: _of_library(law) for law in builtin().values() if law.mode is not None}
+    laws = [law for law in builtin().values() if law.mode is not None]
+    found = {law.mode or 0: _of_library(law, logs=law.name in named) for law in laws}
     found[_FALLBACK] = found[pb.MODE_FM]
     for mode, text in metadata.items():
         if mode.isdecimal():
@@ -93,15 +95,16 @@ def units_of(laws: Mapping[int, LoggedLaw]) -> dict[str, str]:
         f"{law.name}.{column.name}": column.unit
         for mode, law in sorted(laws.items())
         for column in law.columns
-        if mode >= pb.MODE_OWN
+        if mode != _FALLBACK
     }
 
 
-def _of_library(law: Law) -> LoggedLaw:
+def _of_library(law: Law, *, logs: bool) -> LoggedLaw:
     return LoggedLaw(
         mode=law.mode or 0,
         name=law.name,
         reference=law.name,
+        columns=law.columns if logs else (),
         colour=law.colour,
         looks_behind=law.two_sided(),
         counts_sides=bool(law.needs.sides),

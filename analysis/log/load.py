@@ -23,7 +23,7 @@ from zenvoy.analysis.log.units import UNITS
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import RunMetadata, simulated_s
 from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, FRAMES, RADAR, TRUTH
-from zenvoy.scenarios import Scenario, own_laws
+from zenvoy.scenarios import Scenario, modes, own_laws
 
 # Types of /v2v/frames in memory. There are at most 10,000 vehicles and 256 outcomes.
 _FRAME_TYPES: Final = {
@@ -202,7 +202,7 @@ def in_memory(
     """
     truth = tables[TRUTH.log_name]
     described = own_laws(scenario)
-    laws = laws_in(described)
+    laws = laws_in(described, modes(scenario))
     facts = Facts(
         run=metadata.written(),
         result={

@@ -37,7 +37,7 @@ from zenvoy.bus.topics import (
     REALTIME,
     TRUTH,
 )
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, modes
 
 TABLES: Final = {
     topic.log_name: PackedCodec(topic.message.DESCRIPTOR)
@@ -71,7 +71,7 @@ def read(path: Path) -> Reading:
             if RUN in log.metadata and EFFECTIVE in log.attachments:
                 break
     scenario = scenario_of(path, log)
-    laws, of_laws = _laws(log)
+    laws, of_laws = _laws(log, scenario)
     collector = _Collector(path, scenario, read_epoch_ns(log.metadata[RUN]), laws)
     with Pass(path, check=True) as log:
         for message in log.messages(None):
@@ -105,12 +105,13 @@ def read(path: Path) -> Reading:
     )
 
 
-def _laws(log: Pass) -> tuple[dict[int, LoggedLaw], tuple[str, ...]]:
+def _laws(log: Pass, scenario: Scenario) -> tuple[dict[int, LoggedLaw], tuple[str, ...]]:
     """Return the laws by mode, and the faults in their description."""
+    named = modes(scenario)
     try:
-        return laws_in(log.metadata.get(LAWS, {})), ()
+        return laws_in(log.metadata.get(LAWS, {}), named), ()
     except ValueError as error:
-        return laws_in({}), (f"metadata {LAWS}: {printable(str(error))}",)
+        return laws_in({}, named), (f"metadata {LAWS}: {printable(str(error))}",)
 
 
 class _Collector:

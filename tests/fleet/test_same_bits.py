@@ -34,6 +34,7 @@ SETTINGS: Final = {
     "MBCM, by position": ["control.schedule.0.model=MBCM", "control.neighbour_state=position"],
     "PBCM, received power": ["channel.loss.path_loss={fading_m: 1.5}"],
     "IDM": ["control.schedule.0.model=IDM"],
+    "dCACC": ["control.schedule.0.model=dCACC", "channel.loss.p=0.9"],
     "CACC": ["control.schedule.0.model=CACC", "sensors.position_std_m=1.5"],
 }
 
