@@ -46,6 +46,8 @@ class _ModeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Mode.ValueType],
     MODE_PI: _Mode.ValueType  # 11
     MODE_PLOEG: _Mode.ValueType  # 12
     MODE_DCACC: _Mode.ValueType  # 13
+    MODE_CONSENSUS: _Mode.ValueType  # 14
+    MODE_GSBL: _Mode.ValueType  # 15
     MODE_LCC: _Mode.ValueType  # 16
     MODE_PF_CACC: _Mode.ValueType  # 17
     MODE_SPBCM: _Mode.ValueType  # 18
@@ -70,6 +72,8 @@ MODE_FOLLOWER_STOPPER: Mode.ValueType  # 10
 MODE_PI: Mode.ValueType  # 11
 MODE_PLOEG: Mode.ValueType  # 12
 MODE_DCACC: Mode.ValueType  # 13
+MODE_CONSENSUS: Mode.ValueType  # 14
+MODE_GSBL: Mode.ValueType  # 15
 MODE_LCC: Mode.ValueType  # 16
 MODE_PF_CACC: Mode.ValueType  # 17
 MODE_SPBCM: Mode.ValueType  # 18
