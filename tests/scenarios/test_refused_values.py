@@ -68,7 +68,8 @@ def test_values_out_of_range_are_refused(refusal: Refusal, text: str, line: str)
         (
             "seed: 1\nfleet:\n",
             "fleet: null is not a mapping; allowed keys: size, length_m, gap_m, bumper_gap_m, "
-            "speed_mps, groups  (s.yaml, line 2)",
+            "speed_mps, initial_gaps_m, initial_speeds_mps, reported_gaps, groups  "
+            "(s.yaml, line 2)",
         ),
         (
             "channel: {loss: 0.3}",

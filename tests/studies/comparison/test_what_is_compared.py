@@ -98,6 +98,18 @@ def test_a_law_that_arrays_do_not_run_runs_in_process_with_the_same_figures(
     assert left[:2] == left[2:]
 
 
+def test_gaps_are_compared_as_the_scenario_has_them(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(
+        "duration_s: 2\nroad: {type: open}\nfleet: {size: 4, bumper_gap_m: 12}\n"
+        "control: {desired_bumper_gap_m: 12}\n"
+    )
+    outcome = compare(tmp_path, "--seeds", "1", laws=("FM", "CACC"))
+    assert outcome.code == 0, outcome
+    assert "smallest gap of the run, bumper to bumper, m" in " ".join(outcome.out.split())
+    assert all(11.0 < row["smallest_bumper_gap_m"] <= 12.0 for row in table(tmp_path))
+    assert "smallest_gap_m" not in table(tmp_path)[0]
+
+
 def test_laws_in_force_elsewhere_are_named(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(
         "extends: quickstart\n"
