@@ -68,7 +68,7 @@ def _lines(
         markdown(sheets["recordings"]),
         "## Laws behind the same leaders",
         "",
-        "Each law of Zenvoy, with its default parameters, drives all followers behind the recorded "
+        "Each law, with its default parameters, drives all followers behind the recorded "
         "leader. Laws with a constant gap keep the mean gap of the recording, and those with a "
         "desired speed that of the leader. Sensors have no errors, and no frame is lost. The "
         "convoy begins as recorded, with each vehicle out of its law's equilibrium, or it has "
