@@ -20,6 +20,7 @@ from zenvoy.cli.compare_laws_command import COMPARE_LAWS_COMMANDS
 from zenvoy.cli.convoys_command import convoys
 from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
+from zenvoy.cli.mixed_command import MIXED_COMMANDS
 from zenvoy.cli.new import NEW
 from zenvoy.cli.options import (
     AllowCodeOption,
@@ -331,6 +332,7 @@ for command in (
     *STUDY_COMMANDS,
     *SWEEP_COMMANDS,
     *COMPARE_LAWS_COMMANDS,
+    *MIXED_COMMANDS,
     *TUNE_COMMANDS,
     calibrate,
     convoys,

@@ -25,7 +25,8 @@ Floats = NDArray[np.float64]
 # f0 .. f5 of PC_G_EU4, in g/h.
 _CO2: Final = (9449.0, 938.4, 0.0, -467.1, 28.26, 0.0)
 _FUEL: Final = (3014.0, 299.3, 0.0, -149.0, 9.014, 0.0)
-_PETROL_G_PER_L: Final = 742.0  # SUMO's value
+PETROL_G_PER_L: Final = 742.0
+"""Density of petrol, as in SUMO."""
 # Coasting is -(c0 + c1 v); below 10 km/h it falls in proportion to v. Measured with the program
 # emissionsDrivingCycle of SUMO 1.28.0 for this class, by bisection to 1e-9 m/s² at 12 speeds.
 _COASTING: Final = (0.107948259053, 0.012976640547)
@@ -59,7 +60,7 @@ def consumption(speed: Floats, acceleration: Floats) -> Consumption | None:
     if distance <= 0.0:
         return None
     fuel, co2 = (float(rate(speed, acceleration).sum()) for rate in (fuel_rate, co2_rate))
-    return Consumption(fuel / distance / _PETROL_G_PER_L * 100.0, co2 / distance)
+    return Consumption(fuel / distance / PETROL_G_PER_L * 100.0, co2 / distance)
 
 
 def coasting(speed: Floats) -> Floats:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.braking import brakings
+from zenvoy.analysis.measures.emissions import fuel_rate
 from zenvoy.analysis.measures.following import ends
 from zenvoy.analysis.measures.metrics import max_distance, min_distance
 from zenvoy.analysis.measures.motion import speed_spread
@@ -51,6 +53,16 @@ SERIES: Final[Mapping[str, Series]] = MappingProxyType(
             "m/s",
             "standard deviation of speed over the vehicles",
             lambda r: speed_spread(r.truth["speed"]),
+        ),
+        "fuel_mg_per_s": Series(
+            "mg/s",
+            "petrol of the whole fleet",
+            lambda r: fuel_rate(r.truth["speed"], r.truth["acceleration"]).sum(axis=1),
+        ),
+        "brakings": Series(
+            "",
+            "vehicles that begin to brake harder than 1 m/s²",
+            lambda r: brakings(r.truth["acceleration"]),
         ),
         "head_speed_mps": Series("m/s", "speed of the head", lambda r: _speed_of_end(r, 0)),
         "tail_speed_mps": Series("m/s", "speed of the tail", lambda r: _speed_of_end(r, 1)),
