@@ -92,7 +92,7 @@ def _pictures(run: Run, case: Disturbed, modes: Modes) -> list[Picture]:
                 caption="Modes of the ring after the disturbance. The left panel shows the rate at "
                 "which each mode grows (above 0) or decays; points are measured, the line is "
                 "theory. The right panel shows the amplitude of the slowest mode over time. There "
-                "the line has the two exponents of theory, with weights fitted up to the dashed "
+                "the line has the exponents of theory, with weights fitted up to the dashed "
                 "line.",
                 draw=partial(mode_picture, run, modes),
             )

@@ -71,18 +71,19 @@ def _one_pair(run: Run, case: Disturbed) -> list[Row]:
     chain = _following(case)
     if chain is None:
         return []
-    gains, delay_s = chain.gains, chain.delay_s
-    peak = peak_gain(gains, delay_s)
+    _, gains, delay_s, lag_s = chain
+    peak = peak_gain(gains, delay_s, lag_s)
     gain, omega = _measured_peak(run, case)
-    packet_s = group_delay_s(peak.omega, gains, delay_s)
+    packet_s = group_delay_s(peak.omega, gains, delay_s, lag_s)
     return [
         (
-            "string-stable without delay: κ² + 2 k_v κ ≥ 2 k_d",
+            "string-stable without delay and lag: κ² + 2 k_v κ ≥ 2 k_d",
             "",
             None,
             "yes" if is_string_stable(gains) else "no",
         ),
         ("delay (V2V wait, system, half a period)", "s", None, delay_s),
+        *([("lag of the actuator", "s", None, lag_s)] if lag_s else []),
         ("peak gain to the next vehicle", "", gain, peak.gain),
         ("frequency of that peak", "rad/s", omega, peak.omega),
         ("group delay at that peak", "s", None, packet_s),
@@ -255,5 +256,5 @@ def mode_sheet(modes: Modes) -> Sheet:
         rows=tuple(rows),
         note="Mode n has n waves round the ring. A negative growth rate is a decay. A mode is "
         "measured if it is clearly stronger than before the disturbance, and if two exponents "
-        "describe it.",
+        "describe it, or three if actuators have a lag.",
     )

@@ -149,12 +149,13 @@ class Decay(NamedTuple):
     r2: float
 
 
-def decay(amplitude: Complexes, period_s: float) -> Decay | None:
-    """Fit A e^(s₁t) + B e^(s₂t) to an amplitude (T,), and return the slower exponent.
+def decay(amplitude: Complexes, period_s: float, exponents: int = 2) -> Decay | None:
+    """Fit A e^(s₁t) + B e^(s₂t) + … to an amplitude (T,), and return the slowest exponent.
 
-    A mode of a ring has two exponents. They interfere, so |amplitude| oscillates, and a line
-    through its logarithm would mislead. The matrix pencil (Hua and Sarkar 1990) finds them without
-    an initial guess. The result is None for fewer than 8 rows, and where nothing moves.
+    A mode of a ring has two exponents, or three if actuators have a lag. They interfere, so
+    |amplitude| oscillates, and a line through its logarithm would mislead. The matrix pencil (Hua
+    and Sarkar 1990) finds them without an initial guess. The result is None for fewer than 8 rows,
+    and where nothing moves.
     """
     block = max(1, len(amplitude) // _MIN_SAMPLES)
     rows = len(amplitude) // block
@@ -163,23 +164,23 @@ def decay(amplitude: Complexes, period_s: float) -> Decay | None:
     if rows < 8 or not np.abs(values).max() > 0.0:
         return None
     step_s = block * period_s
-    poles = _poles(values)
+    poles = _poles(values, exponents)
     powers = poles[None, :] ** np.arange(rows)[:, None]
     weights = np.linalg.lstsq(powers, values, rcond=None)[0]
     residual = np.abs(values - powers @ weights)
     r2 = 1.0 - float((residual**2).sum() / (np.abs(values) ** 2).sum())
     size = np.abs(weights) * np.abs(powers).max(axis=0)
-    exponents = np.log(poles[size >= _MIN_WEIGHT * size.max()]) / step_s
-    slow = exponents[np.argmax(exponents.real)]
+    found = np.log(poles[size >= _MIN_WEIGHT * size.max()]) / step_s
+    slow = found[np.argmax(found.real)]
     return Decay(float(slow.real), float(abs(slow.imag)), r2)
 
 
-def _poles(values: Complexes) -> Complexes:
-    """Return the two z for which values[k] is a weighted sum of z^k."""
+def _poles(values: Complexes, count: int) -> Complexes:
+    """Return the `count` z for which values[k] is a weighted sum of z^k."""
     columns = min(len(values) // 3, _MAX_PENCIL)
     hankel = np.lib.stride_tricks.sliding_window_view(values, columns)
     _, _, rows = np.linalg.svd(hankel, full_matrices=False)
-    basis = rows[:2].T  # rows of the Hankel matrix are sums of (z^0, z^1, ...)
+    basis = rows[:count].T  # rows of the Hankel matrix are sums of (z^0, z^1, ...)
     return np.asarray(np.linalg.eigvals(np.linalg.pinv(basis[:-1]) @ basis[1:]))
 
 

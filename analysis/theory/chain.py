@@ -1,7 +1,8 @@
 """Linear theory of a string of vehicles, each under its own law, driven by one of them.
 
-Vehicle i obeys s² x_i = e^(-sτ_i) [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i], except for the
-source, whose motion is given. Each frequency gives a system of linear equations. The ratios between
+Vehicle i obeys s² x_i = L_i [Σ_j w_ij (k_v s + k_d) (x_j - x_i) - k_c s x_i], except for the
+source, whose motion is given. L_i = e^(-sτ_i) / (T_i s + 1) is the delay of its commands and the
+lag of its actuator. Each frequency gives a system of linear equations. The ratios between
 vehicles are the same for positions and speeds.
 """
 
@@ -12,7 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from zenvoy.analysis.theory.laws import FM, Complexes, Coupling, Floats
+from zenvoy.analysis.theory.laws import FM, Complexes, Coupling, Floats, lateness
 from zenvoy.analysis.theory.ring import roots
 from zenvoy.scenarios import Gains
 
@@ -21,11 +22,15 @@ _MAX_OMEGA: Final = 10.0  # rad/s; no law with sensible gains transmits faster m
 
 
 class Member(NamedTuple):
-    """Law, gains and command delay (s) of a vehicle; if `coupling` is None, it keeps its speed."""
+    """The law and gains of a vehicle, the delay of its commands and the lag of its actuator, s.
+
+    If `coupling` is None, it keeps its speed.
+    """
 
     coupling: Coupling | None
     gains: Gains
     delay_s: float
+    lag_s: float = 0.0
 
 
 def open_road(members: Sequence[Member]) -> list[Member]:
@@ -59,15 +64,15 @@ def _shorter(weights: tuple[float, ...], room: int) -> tuple[float, ...]:
 def is_stable(members: Sequence[Member]) -> bool:
     """Return whether the string comes to rest by itself, so that its frequency response exists.
 
-    Delay destabilises the fastest motion first, in which neighbours move against each other. It has
-    λ = 2 Σ weights. Under a law that looks only ahead, all motions have λ = Σ weights.
+    Delay and lag destabilise the fastest motion first, in which neighbours move against each other.
+    It has λ = 2 Σ weights. Under a law that looks only ahead, all motions have λ = Σ weights.
     """
-    for coupling, gains, delay_s in set(members):
+    for coupling, gains, delay_s, lag_s in set(members):
         if coupling is None:
             continue
         weight = sum(coupling.ahead) + sum(coupling.behind)
         lam = np.array([2.0 * weight if coupling.behind else weight], dtype=np.complex128)
-        if roots(lam, gains, delay_s)[0, 0].real > 0.0:
+        if roots(lam, gains, delay_s, lag_s)[0, 0].real > 0.0:
             return False
         if coupling.behind and gains.k_c < 0.0:  # long waves grow
             return False
@@ -118,11 +123,11 @@ def _solve(omega: Floats, members: Sequence[Member], source: int, ring: bool) ->
     n = len(members)
     s = 1j * omega
     matrix = np.zeros((len(omega), n, n), dtype=np.complex128)
-    for i, (coupling, gains, delay_s) in enumerate(members):
+    for i, (coupling, gains, delay_s, lag_s) in enumerate(members):
         if i == source or coupling is None:
             matrix[:, i, i] = 1.0
             continue
-        late = np.exp(-s * delay_s)
+        late = lateness(omega, delay_s, lag_s)
         matrix[:, i, i] += s * s + gains.k_c * s * late
         pull = (gains.k_v * s + gains.k_d) * late
         for j, weight in _neighbours(i, n, coupling, ring):

@@ -42,8 +42,6 @@ def require_theory(scenario: Scenario) -> None:
     """Raise NoTheoryError if linear theory does not cover the settings of the whole fleet."""
     if scenario.control.neighbour_state == "position":
         raise NoTheoryError("it covers control by radar readings, not by reported positions.")
-    if any(settings.lag_s for settings in roster(scenario)):
-        raise NoTheoryError("it covers vehicles without a lag of their actuators.")
 
 
 def theory_of(run: Run, low_s: float, high_s: float) -> Theory:
@@ -83,7 +81,7 @@ def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
     delay_s = total_delay_s(scenario.control, scenario.period_ms, predicts=predicts)
     if law is None:
         gains = Gains(k_d=setpoint.k_d, k_v=setpoint.k_v, k_c=setpoint.k_c)
-        return Member(None, gains, delay_s)
+        return Member(None, gains, delay_s, settings.lag_s)
     m = 0
     if law.counts_sides:  # the most frequent m; it is 0 at the end of a road, where FM acts
         m = int(np.bincount(run.estimate["neighbours"][rows, vehicle]).argmax())
@@ -93,7 +91,8 @@ def _member(run: Run, vehicle: int, mode: int, rows: Rows) -> Member:
     if linear is None:
         raise NoTheoryError(f"vehicle {vehicle + 1} ran {law.name}, which has no linear form.")
     coupling = Coupling(linear.ahead, linear.behind)
-    return Member(coupling, Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c), delay_s)
+    gains = Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c)
+    return Member(coupling, gains, delay_s, settings.lag_s)
 
 
 def _law(run: Run, vehicle: int, mode: int) -> LoggedLaw | None:

@@ -44,4 +44,4 @@ def _member(scenario: Scenario, settings: Settings, vehicle: int) -> Member:
     parameters = parameters_of(control, law, first.parameters)
     linear = law.linear(parameters, setpoint, law.sides(parameters))
     gains = Gains(k_d=linear.k_d, k_v=linear.k_v, k_c=linear.k_c)
-    return Member(Coupling(linear.ahead, linear.behind), gains, delay_s)
+    return Member(Coupling(linear.ahead, linear.behind), gains, delay_s, settings.lag_s)

@@ -1,7 +1,7 @@
 """Linear theory of the ring: how each mode decays or grows, and how fast waves travel.
 
 On the ring a deviation x_i = e^(iθi) e^(st) keeps its shape: mode n of N vehicles has θ = 2πn/N.
-Its exponent s solves s² + ((k_v λ + k_c) s + k_d λ) e^(-sτ) = 0 with
+Its exponent s solves (T s + 1) s² + ((k_v λ + k_c) s + k_d λ) e^(-sτ) = 0, with delay τ, lag T and
 λ(θ) = Σ_j ahead_j (1 - e^(-iθj)) + Σ_j behind_j (1 - e^(iθj)), which is 2 (1 - cos θ) for BCM.
 """
 
@@ -11,11 +11,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from zenvoy.analysis.theory.delay_line import delay_line
 from zenvoy.analysis.theory.laws import Complexes, Coupling, Floats
 from zenvoy.scenarios import Gains
 
-_INSTANTS: Final = 17  # at which the delay line is discretised
 _NEWTON_STEPS: Final = 6
+_NEAR: Final = 0.01  # relative error of an eigenvalue that approximates a root
 _ROUNDING: Final = 1e-12  # rad/s; a smaller frequency is a rounding error of 0
 
 
@@ -37,43 +38,38 @@ def eigenvalue(coupling: Coupling, theta: Floats) -> Complexes:
     return total
 
 
-def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0) -> Complexes:
-    """Return the two roots s (2, ...) with the largest real parts, the slowest to decay first.
+def roots(lam: Complexes, gains: Gains, delay_s: float = 0.0, lag_s: float = 0.0) -> Complexes:
+    """Return the roots s (d, ...) with the largest real parts, the slowest to decay first.
 
-    Without delay there are only two. With delay there are infinitely many. The first two are found
-    as eigenvalues of the delay line, by collocation at Chebyshev points (Breda, Maset and Vermiglio
-    2005), and refined to full precision by Newton's method.
+    Without a delay there are only d of them, two or with a lag three. With a delay there are
+    infinitely many. The first d are found as eigenvalues of the vehicle and its delay line, and
+    refined to full precision by Newton's method.
     """
     lam = np.asarray(lam, dtype=np.complex128)
     damping, stiffness = gains.k_v * lam + gains.k_c, gains.k_d * lam
-    if delay_s <= 0.0:
+    if delay_s <= 0.0 and lag_s <= 0.0:
         return _quadratic(damping, stiffness)
-    found = np.linalg.eigvals(_delay_line(damping.ravel(), stiffness.ravel(), delay_s))
-    first = np.argsort(-found.real, axis=1, kind="stable")[:, :2]
-    pair = np.take_along_axis(found, first, axis=1).T.reshape(2, *lam.shape)
+
+    lines = delay_line(damping.ravel(), stiffness.ravel(), delay_s, lag_s)
+    every = np.asarray(np.linalg.eigvals(lines).T.reshape(-1, *lam.shape), dtype=np.complex128)
+    law = (damping, stiffness, delay_s, lag_s)
+    # The fastest eigenvalues of the line are no roots.
+    is_root = np.abs(_newton(every, *law)) < _NEAR * (1.0 + np.abs(every))
+    order = np.argsort(np.where(is_root, -every.real, np.inf), axis=0, kind="stable")
+    s: Complexes = np.take_along_axis(every, order[: 3 if lag_s > 0.0 else 2], axis=0)
     for _ in range(_NEWTON_STEPS):
-        law, late = damping * pair + stiffness, np.exp(-pair * delay_s)
-        slope = 2.0 * pair + (damping - delay_s * law) * late
-        pair = pair - (pair * pair + law * late) / np.where(slope == 0.0, 1.0, slope)
-    return np.asarray(pair, dtype=np.complex128)
+        s = np.asarray(s - _newton(s, *law))
+    return s
 
 
-def _delay_line(damping: Complexes, stiffness: Complexes, delay_s: float) -> Complexes:
-    """Return the matrices (K, 2 m, 2 m) of d/dt for (x, v) at m past instants, one per mode.
-
-    The instants go from now back to the delay.
-    """
-    m = _INSTANTS
-    x = np.cos(np.pi * np.arange(m) / (m - 1))  # from 1, which is now, to -1
-    weight = np.r_[2.0, np.ones(m - 2), 2.0] * (-1.0) ** np.arange(m)
-    derivative = np.outer(weight, 1.0 / weight) / (x[:, None] - x[None, :] + np.eye(m))
-    derivative -= np.diag(derivative.sum(axis=1))
-    line = np.kron(derivative * (2.0 / delay_s), np.eye(2)).astype(np.complex128)
-    lines = np.repeat(line[None], len(damping), axis=0)
-    lines[:, :2] = 0.0
-    lines[:, 0, 1] = 1.0  # at the first instant x' = v, and v' is the law at the last instant
-    lines[:, 1, -2], lines[:, 1, -1] = -stiffness, -damping
-    return lines
+def _newton(
+    s: Complexes, damping: Complexes, stiffness: Complexes, delay_s: float, lag_s: float
+) -> Complexes:
+    """Return by how much Newton's method changes approximate roots s."""
+    law, late = damping * s + stiffness, np.exp(-s * delay_s)
+    slope = 3.0 * lag_s * s * s + 2.0 * s + (damping - delay_s * law) * late
+    value = (lag_s * s + 1.0) * s * s + law * late
+    return np.asarray(value / np.where(slope == 0.0, 1.0, slope))
 
 
 def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
@@ -83,7 +79,12 @@ def _quadratic(linear: Complexes, constant: Complexes) -> Complexes:
 
 
 def modes(
-    coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0, most: int | None = None
+    coupling: Coupling,
+    gains: Gains,
+    size: int,
+    delay_s: float = 0.0,
+    lag_s: float = 0.0,
+    most: int | None = None,
 ) -> list[Mode]:
     """Return modes 1 .. size // 2 (or `most`) of a ring, each with its slowest root.
 
@@ -92,7 +93,7 @@ def modes(
     last = size // 2 if most is None else min(most, size // 2)
     numbers = np.arange(1, last + 1)
     lam = eigenvalue(coupling, 2.0 * np.pi * numbers / size)
-    slow = roots(lam, gains, delay_s)[0]
+    slow = roots(lam, gains, delay_s, lag_s)[0]
     omega = np.where(np.abs(slow.imag) > _ROUNDING, np.abs(slow.imag), 0.0)
     return [
         Mode(int(n), float(rate), float(frequency))
@@ -100,9 +101,11 @@ def modes(
     ]
 
 
-def slowest_mode(coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0) -> Mode:
+def slowest_mode(
+    coupling: Coupling, gains: Gains, size: int, delay_s: float = 0.0, lag_s: float = 0.0
+) -> Mode:
     """Return the mode that decays slowest or grows fastest, and so dominates in the end."""
-    return max(modes(coupling, gains, size, delay_s), key=lambda mode: mode.rate)
+    return max(modes(coupling, gains, size, delay_s, lag_s), key=lambda mode: mode.rate)
 
 
 def long_wave_speed(coupling: Coupling, gains: Gains) -> float:

@@ -14,6 +14,7 @@ from zenvoy.analysis.measures.stability import Decay, decay, lasting, mode_ampli
 from zenvoy.analysis.theory.chain import Member
 from zenvoy.analysis.theory.disturbed import Disturbed
 from zenvoy.analysis.theory.ring import Mode, eigenvalue, modes, roots
+from zenvoy.scenarios import roster
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -58,12 +59,12 @@ class Modes:
         return max(by_theory or measured, key=lambda pair: pair[0], default=(0.0, None))[1]
 
     def by_theory(self, row: ModeRow) -> Complexes | None:
-        """Return the amplitude by theory: its two exponents, with weights fitted to the rows."""
+        """Return the amplitude by theory: its exponents, with weights fitted to the rows."""
         if self.alike is None or self.alike.coupling is None or not row.fitted:
             return None
-        _, gains, delay_s = self.alike
+        _, gains, delay_s, lag_s = self.alike
         lam = eigenvalue(self.alike.coupling, np.array([2.0 * np.pi * row.number / self.size]))
-        exponents = roots(lam, gains, delay_s)[:, 0]
+        exponents = roots(lam, gains, delay_s, lag_s)[:, 0]
         powers = np.exp((self.time_s - self.time_s[0])[:, None] * exponents[None, :])
         used = row.fitted
         weights = np.linalg.lstsq(powers[:used], row.amplitude[:used], rcond=None)[0]
@@ -89,8 +90,9 @@ def measured_modes(run: Run, case: Disturbed) -> Modes:
         before = (run.time_s > start_s - _BEFORE_S) & (run.time_s <= start_s)
         position = run.truth["position"]
         parts = position[before], position[case.rows][after]
+        exponents = 3 if any(settings.lag_s for settings in roster(run.scenario)) else 2
         rows = [
-            _row(parts, ring_m, number, case.period_s, mode)
+            _row(parts, ring_m, number, (case.period_s, exponents), mode)
             for number, mode in enumerate(_by_theory(alike, run.vehicles), start=1)
         ]
     return Modes(
@@ -101,18 +103,25 @@ def measured_modes(run: Run, case: Disturbed) -> Modes:
 def _by_theory(alike: Member | None, n: int) -> Sequence[Mode | None]:
     if alike is None or alike.coupling is None:
         return [None] * min(n // 2, _MAX_MODES)
-    return modes(alike.coupling, alike.gains, n, alike.delay_s, _MAX_MODES)
+    return modes(alike.coupling, alike.gains, n, alike.delay_s, alike.lag_s, _MAX_MODES)
 
 
 def _row(
-    parts: tuple[Floats, Floats], ring_m: float, number: int, period_s: float, mode: Mode | None
+    parts: tuple[Floats, Floats],
+    ring_m: float,
+    number: int,
+    fit: tuple[float, int],
+    mode: Mode | None,
 ) -> ModeRow:
-    """Measure a mode from the positions before and after the disturbance."""
+    """Measure a mode from the positions before and after the disturbance.
+
+    `fit` has the period of the rows, s, and the number of exponents.
+    """
     before, after = (mode_amplitude(part, ring_m, number) for part in parts)
     fitted = lasting(after, _FOLLOWED)
     noise = float(np.sqrt(np.mean(np.abs(before) ** 2))) if before.size else 0.0
     stands_out = float(np.abs(after).max()) >= _ABOVE_NOISE * noise
-    found = decay(after[:fitted], period_s) if stands_out and fitted >= _MIN_ROWS else None
+    found = decay(after[:fitted], *fit) if stands_out and fitted >= _MIN_ROWS else None
     return ModeRow(
         number=number,
         amplitude=after,

@@ -19,21 +19,27 @@ from zenvoy.scenarios import Gains, load
 
 GAINS = st.builds(Gains, k_d=st.floats(0.02, 1.0), k_v=st.floats(0.1, 1.5), k_c=st.floats(0.0, 1.0))
 DELAYS = st.sampled_from([0.0, 0.15])
+LAGS = st.sampled_from([0.0, 0.5])
 
 
 @settings(deadline=None)
-@given(gains=GAINS, size=st.integers(2, 12), delay_s=DELAYS)
-def test_followers_multiply_the_gain_of_one(gains: Gains, size: int, delay_s: float) -> None:
-    members = open_road([Member(FM, gains, delay_s)] * size)
+@given(gains=GAINS, size=st.integers(2, 12), delay_s=DELAYS, lag_s=LAGS)
+def test_followers_multiply_the_gain_of_one(
+    gains: Gains, size: int, delay_s: float, lag_s: float
+) -> None:
+    members = open_road([Member(FM, gains, delay_s, lag_s)] * size)
     if not is_stable(members):
         assert head_to_tail(members).gain == math.inf
         return
-    one = peak_gain(gains, delay_s)
+    one = peak_gain(gains, delay_s, lag_s)
     found = head_to_tail(members)
     assert found.gain == pytest.approx(one.gain ** (size - 1), rel=1e-6)
     if one.gain > 1.01:
         assert found.omega == pytest.approx(one.omega, rel=1e-2)
-    if delay_s == 0.0 and abs(2.0 * gains.k_d - gains.k_c**2 - 2.0 * gains.k_v * gains.k_c) > 1e-3:
+    if (
+        delay_s == lag_s == 0.0
+        and abs(2.0 * gains.k_d - gains.k_c**2 - 2.0 * gains.k_v * gains.k_c) > 1e-3
+    ):
         assert (found.gain == 1.0) == is_string_stable(gains)
 
 
@@ -54,15 +60,17 @@ def test_no_frequency_of_a_dense_grid_has_a_larger_gain(
 
 
 def test_a_scenario_gives_its_string() -> None:
-    """FM by hand has a wait of 50 ms, a system delay of 100 ms, and half a period of 100 ms."""
+    """FM by hand has a wait of 50 ms, a system delay of 100 ms, half a period, and its lag."""
     settings = ("road.type=open", "control.model=FM", "fleet.size=5")
     delays = ("control.v2v_wait_ms=50", "control.system_delay_ms=100", "period_ms=100")
-    scenario = load("quickstart", (*settings, *delays, "control.gains.k_v=0.3")).scenario
+    own = ("control.gains.k_v=0.3", "vehicle.actuator_lag_s=0.25")
+    scenario = load("quickstart", (*settings, *delays, *own)).scenario
     gains = Gains(k_d=0.1, k_v=0.3, k_c=scenario.control.gains.k_c)
     for member in string_of(scenario)[1:]:
         assert (member.coupling, member.gains) == (FM, gains)
         assert member.delay_s == pytest.approx(0.2)
-    assert head_to_tail_gain(scenario) == pytest.approx(peak_gain(gains, 0.2).gain ** 4)
+        assert member.lag_s == 0.25
+    assert head_to_tail_gain(scenario) == pytest.approx(peak_gain(gains, 0.2, 0.25).gain ** 4)
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_gains_of_fm_behind_a_braking_agree_with_theory(tmp_path: Path) -> None:
         "events: [{type: brake, vehicle: 1, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n",
     )
     figures = {row[0]: row[2:] for row in sheet(section, "stability-figures").rows}
-    assert figures["string-stable without delay: κ² + 2 k_v κ ≥ 2 k_d"] == (None, "no")
+    assert figures["string-stable without delay and lag: κ² + 2 k_v κ ≥ 2 k_d"] == (None, "no")
     for name in (
         "peak gain to the next vehicle",
         "largest L2 gain from one vehicle to the next",

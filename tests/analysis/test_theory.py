@@ -109,6 +109,25 @@ def test_the_search_for_the_peak_starts_at_the_closed_form(g: Gains) -> None:
     assert searched.omega == pytest.approx(closed.omega, rel=1e-2)
 
 
+@settings(deadline=None, max_examples=60)
+@given(gains, st.floats(0.05, 2.0))
+def test_string_stability_with_a_lag_has_its_closed_form(g: Gains, lag: float) -> None:
+    """1 / |H|² - 1 has the sign of c + (1 - 2 K T) u + T² u², where u = ω² and K = k_v + k_c."""
+    both = g.k_v + g.k_c
+    assume(both > 1.05 * lag * g.k_d)  # a single vehicle is stable
+    c, b = both**2 - g.k_v**2 - 2.0 * g.k_d, 1.0 - 2.0 * both * lag
+    lowest = c if b >= 0.0 else c - 0.25 * b**2 / lag**2
+    assume(abs(lowest) > 1e-3)
+    assert (peak_gain(g, 0.0, lag).gain == 1.0) == (lowest > 0.0)
+
+
+def test_transfer_with_a_lag_by_hand() -> None:
+    s, late = 0.4j, np.exp(-0.4j * 0.2) / (1.0 + 0.4j * 0.5)
+    pull = (0.5 * s + 0.1) * late
+    expected = pull / (s * s + pull + 0.05 * s * late)
+    assert transfer(np.array([0.4]), PAPER, 0.2, 0.5)[0] == pytest.approx(expected)
+
+
 def test_a_delay_raises_the_peak() -> None:
     peaks = [peak_gain(PAPER, tau).gain for tau in (0.0, 0.1, 0.2, 0.4)]
     assert peaks == sorted(peaks)
@@ -176,10 +195,10 @@ def test_bcm_on_the_papers_ring() -> None:
     assert slowest_mode(FM, Gains(k_d=0.02, k_v=0.5, k_c=0.1), 40).rate < 0.0
 
 
-def right_of(edge: float, lam: complex, g: Gains, tau: float) -> float:
+def right_of(edge: float, lam: complex, g: Gains, tau: float, lag: float) -> float:
     """Return how many roots have a real part above `edge`: the winding number of f around 0."""
     a, b = abs(g.k_v * lam + g.k_c), abs(g.k_d * lam)
-    grown = max(1.0, float(np.exp(-edge * tau)))
+    grown = max(1.0, float(np.exp(-edge * tau))) / abs(1.0 + min(edge, 0.0) * lag)
     far = 1.5 * (a * grown + np.sqrt(b * grown)) + 1.0  # beyond, s² outweighs the law
     side = np.linspace(-far, far, 40_001)
     path = np.concatenate(
@@ -190,22 +209,51 @@ def right_of(edge: float, lam: complex, g: Gains, tau: float) -> float:
             np.linspace(edge + 2.0 * far, edge, 5_001) + 1j * far,
         ]
     )
-    f = path**2 + ((g.k_v * lam + g.k_c) * path + g.k_d * lam) * np.exp(-path * tau)
+    law = (g.k_v * lam + g.k_c) * path + g.k_d * lam
+    f = (lag * path + 1.0) * path**2 + law * np.exp(-path * tau)
     return float(np.angle(f[1:] / f[:-1]).sum() / (2.0 * np.pi))
 
 
 @settings(deadline=None, max_examples=60)
-@given(couplings, gains, st.integers(3, 60), st.integers(1, 30), st.floats(0.01, 1.5))
+@given(
+    couplings,
+    gains,
+    st.integers(3, 60),
+    st.integers(1, 30),
+    st.floats(0.01, 1.5),
+    st.one_of(st.just(0.0), st.floats(0.05, 1.5)),
+)
 def test_roots_with_delay_are_the_dominant_ones(
-    c: Coupling, g: Gains, n: int, number: int, tau: float
+    c: Coupling, g: Gains, n: int, number: int, tau: float, lag: float
 ) -> None:
     lam = eigenvalue(c, np.array([2.0 * np.pi * (1 + number % (n // 2)) / n]))
-    s = roots(lam, g, tau)[:, 0]
+    s = roots(lam, g, tau, lag)[:, 0]
     law = (g.k_v * lam + g.k_c) * s + g.k_d * lam
-    np.testing.assert_allclose(s * s + law * np.exp(-s * tau), 0.0, atol=1e-7)
+    np.testing.assert_allclose((lag * s + 1.0) * s * s + law * np.exp(-s * tau), 0.0, atol=1e-7)
     assert s[0].real >= s[1].real - 1e-9
-    assert right_of(s[0].real + 2e-3, complex(lam[0]), g, tau) == pytest.approx(0.0, abs=1e-6)
-    assert right_of(s[0].real - 2e-3, complex(lam[0]), g, tau) > 0.9
+    above, below = (
+        right_of(s[0].real + step, complex(lam[0]), g, tau, lag) for step in (2e-3, -2e-3)
+    )
+    assert above == pytest.approx(0.0, abs=1e-6)
+    assert below > 0.9
+
+
+@given(couplings, gains, st.integers(3, 60), st.floats(0.01, 3.0))
+def test_roots_with_a_lag_are_those_of_the_cubic(c: Coupling, g: Gains, n: int, lag: float) -> None:
+    lam = eigenvalue(c, np.array([2.0 * np.pi / n]))
+    cubic = np.roots([lag, 1.0, g.k_v * lam[0] + g.k_c, g.k_d * lam[0]])
+    found = roots(lam, g, 0.0, lag)[:, 0]
+    assert (np.diff(found.real) <= 1e-9).all()
+    for root in cubic:
+        assert np.abs(found - root).min() < 1e-5
+
+
+@given(gains)
+def test_a_lag_makes_a_vehicle_swing_as_routh_says(g: Gains) -> None:
+    """T s³ + s² + (k_v + k_c) s + k_d has its roots on the left for k_v + k_c > T k_d."""
+    edge_s = (g.k_v + g.k_c) / g.k_d
+    assert is_stable([Member(FM, g, 0.0, 0.999 * edge_s)])
+    assert not is_stable([Member(FM, g, 0.0, 1.001 * edge_s)])
 
 
 @pytest.mark.parametrize("k_d", [0.25, 0.25001, 0.24999, 0.26])
@@ -253,16 +301,17 @@ def test_long_waves_of_fm_are_kinematic() -> None:
 MIXED = [FM, BCM, FM, MBCM3, BCM, MBCM3, BCM, FM]
 
 
-def string(coupling: Coupling, n: int, delay_s: float) -> list[Member]:
-    return open_road([Member(coupling, PAPER, delay_s)] * n)
+def string(coupling: Coupling, n: int, delay_s: float, lag_s: float = 0.0) -> list[Member]:
+    return open_road([Member(coupling, PAPER, delay_s, lag_s)] * n)
 
 
-def test_the_gain_of_an_fm_string_is_a_power_of_one_vehicles() -> None:
+@pytest.mark.parametrize("lag_s", [0.0, 0.5])
+def test_the_gain_of_an_fm_string_is_a_power_of_one_vehicles(lag_s: float) -> None:
     omega = np.array([0.0, 0.1, 0.27, 1.0, 3.0])
-    found = frequency_response(omega, string(FM, 6, 0.2), 0, ring=False)
-    single = transfer(omega, PAPER, 0.2)
+    found = frequency_response(omega, string(FM, 6, 0.2, lag_s), 0, ring=False)
+    single = transfer(omega, PAPER, 0.2, lag_s)
     np.testing.assert_allclose(found, single[:, None] ** np.arange(6), rtol=1e-10)
-    ring = frequency_response(omega, [Member(FM, PAPER, 0.2)] * 6, 2, ring=True)
+    ring = frequency_response(omega, [Member(FM, PAPER, 0.2, lag_s)] * 6, 2, ring=True)
     np.testing.assert_allclose(ring, single[:, None] ** np.array([4, 5, 0, 1, 2, 3]), rtol=1e-10)
 
 

@@ -77,7 +77,7 @@ def test_drivers_amplify_below_their_limit_and_not_above(tmp_path: Path, share: 
     found = response(np.gradient(first), np.gradient(last), case.period_s, 0.05)
     gain = np.abs(found.ratio) ** 0.2  # of each of five vehicles
     assert case.theory is not None
-    _, gains, delay_s = case.theory.members[1]
+    _, gains, delay_s, _ = case.theory.members[1]
     theory = np.abs(transfer(found.omega, gains, delay_s))
     seen = theory > 0.6  # for five vehicles that is a thirteenth
     np.testing.assert_allclose(gain[seen], theory[seen], rtol=0.02)

@@ -122,6 +122,16 @@ STRINGS = {
 control: {model: MBCM, multi_node: {neighbours: 2, weights: uniform}}
 fleet: {size: 7}""",
     "PBCM": "control: {model: PBCM}\nfleet: {size: 6}",
+    "FM with a lag": """
+road: {type: open}
+fleet: {size: 5}
+vehicle: {actuator_lag_s: 0.5}
+control: {model: FM, gains: {k_d: 0.1, k_v: 0.5, k_c: 0.2}}""",
+    "lags that differ": """
+road: {type: open}
+control: {model: BCM}
+vehicle: {actuator_lag_s: 0.2}
+fleet: {size: 6, groups: [{name: slow, vehicles: "3,5", vehicle: {actuator_lag_s: 0.8}}]}""",
     "a mix on the ring": """
 control: {model: FM}
 fleet:
@@ -166,11 +176,18 @@ def slowest_modes(folder: Path, scenario: str) -> dict[int, ModeRow]:
     return {row.number: row for row in measured_modes(run, case).rows}
 
 
-@pytest.mark.parametrize("model", ["BCM", "MBCM", "PBCM"])
-def test_modes_of_the_ring_decay_as_theory_says(tmp_path: Path, model: str) -> None:
-    rows = slowest_modes(
-        tmp_path, f"duration_s: 100\nfleet: {{size: 12}}\ncontrol: {{model: {model}}}"
-    )
+@pytest.mark.parametrize(
+    "settings",
+    [
+        "control: {model: BCM}",
+        "control: {model: MBCM}",
+        "control: {model: PBCM}",
+        "control: {model: BCM}\nvehicle: {actuator_lag_s: 0.5}",
+        "control: {model: PBCM}\nvehicle: {actuator_lag_s: 0.5}",
+    ],
+)
+def test_modes_of_the_ring_decay_as_theory_says(tmp_path: Path, settings: str) -> None:
+    rows = slowest_modes(tmp_path, f"duration_s: 100\nfleet: {{size: 12}}\n{settings}")
     for number in (1, 2, 3):
         measured, theory = rows[number].measured, rows[number].theory
         assert measured is not None
