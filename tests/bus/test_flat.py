@@ -16,7 +16,14 @@ numbers = st.floats(allow_nan=False)
 times = st.integers(-(2**63), 2**63 - 1)
 counts = st.integers(0, 2**32 - 1)
 links = st.tuples(numbers, numbers)
-PLAN = ("planned_from_ns", "planned_acceleration", "silent", "commanded_acceleration")
+PLAN = (
+    "planned_from_ns",
+    "planned_acceleration",
+    "silent",
+    "commanded_acceleration",
+    "odometer",
+    "offset",
+)
 
 
 @given(counts, times, counts, links, st.tuples(numbers, numbers, numbers))

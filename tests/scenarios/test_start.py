@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.conftest import zenvoy
 from tests.refused import refused
 from zenvoy.analysis.log.load import load as load_log
-from zenvoy.fleet.folder import LOG, make_folder
-from zenvoy.fleet.run import run
+from zenvoy.fleet.folder import LOG
 from zenvoy.scenarios import Scenario, load
 from zenvoy.world.fleet import Fleet
 
@@ -83,12 +83,11 @@ def test_an_even_start_is_as_before() -> None:
 
 def test_all_engines_start_so_and_log_the_same(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(OPEN)
-    loaded = load(tmp_path / "s.yaml")
     prints = set()
     for engine in ("processes", "in-process", "arrays"):
-        folder = make_folder(tmp_path / engine, "s")
-        run(loaded, folder, engine)
-        log = load_log(folder / LOG)
+        outcome = zenvoy(tmp_path, "run", "s.yaml", "--engine", engine, "--out", engine)
+        assert outcome.code == 0, outcome
+        log = load_log(tmp_path / engine / LOG)
         prints.add(log.fingerprint)
         assert log.truth["speed"][0].tolist() == [20, 21, 19.5, 20]
         assert np.allclose(-np.diff(log.truth["position"][0]), [12.25, 30, 17.1])
