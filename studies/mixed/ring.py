@@ -37,17 +37,20 @@ CONTROLLED: Final = {
 }
 """The scenario of each law of the controlled car."""
 
+_IN_THE_FIELD: Final = ("FollowerStopper", "PI")
+"""The laws of the experiments."""
+
 NOBODY: Final = "no control"
 CAR: Final = "car"
 _SPAN_S: Final = 50.0
 
-PUBLISHED: Final[Mapping[str, str]] = {
-    "standard deviation of speed": "-81 %",
-    "brakings per vehicle and km": "-99 %",
-    "throughput": "+14 %",
-    "fuel": "-42 %",
+PUBLISHED: Final[Mapping[str, int]] = {
+    "standard deviation of speed": -81,
+    "brakings per vehicle and km": -99,
+    "throughput": 14,
+    "fuel": -42,
 }
-"""The largest changes in the three experiments of Stern et al. (2018)."""
+"""The largest changes in the three experiments of Stern et al. (2018), %."""
 
 
 class Spans(NamedTuple):
@@ -130,7 +133,7 @@ def sheet(runs: Sequence[Driven]) -> Sheet:
             "± 95 % after",
             "change, %",
             "± 95 %, %",
-            "published",
+            "published, %",
         ),
         rows=tuple(_row(figure, one) for figure in FIGURES for one in runs),
         note="The change is that of each seed. Published: the largest change in three experiments.",
@@ -141,6 +144,6 @@ def _row(figure: Figure, one: Driven) -> tuple[Cell, ...]:
     before, after = ([figure.of(flow) for flow in flows] for flows in (one.before, one.after))
     changes = [100.0 * (b - a) / a for a, b in zip(before, after, strict=True) if a]
     means = [mean_of(before), mean_of(after), mean_of(changes) if changes else None]
-    published = None if one.car == NOBODY else PUBLISHED.get(figure.title)
+    published = PUBLISHED.get(figure.title) if one.car in _IN_THE_FIELD else None
     cells = [cell for mean in means for cell in cells_of(mean)]
     return (figure.title, figure.unit, one.car, len(before), *cells, published)

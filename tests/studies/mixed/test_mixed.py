@@ -44,7 +44,9 @@ def test_the_ring_has_a_row_for_each_figure_and_car(driven: tuple[ring.Driven, .
     assert row["after"] == pytest.approx(sum(after) / 2)
     changes = [100.0 * (b / a - 1.0) for a, b in zip(before, after, strict=True)]
     assert row["change, %"] == pytest.approx(sum(changes) / 2)
-    assert {row[0] for row in sheet.rows} >= set(ring.PUBLISHED)
+    published = {row[0]: row[-1] for row in sheet.rows if row[2] == "PI"}
+    assert {name: change for name, change in published.items() if change} == ring.PUBLISHED
+    assert all(row[-1] is None for row in sheet.rows if row[2] in (ring.NOBODY, "LCC"))
 
 
 def test_all_cars_are_alike_before_the_control(driven: tuple[ring.Driven, ...]) -> None:
