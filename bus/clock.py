@@ -20,8 +20,8 @@ def pause() -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    # Without it, polling would keep a core busy that the fleet needs. The results of a cycle depend
-    # on which messages have arrived, never on when a caller looks for them.
+    # This waits for nothing in particular: it keeps a poll from taking a core that the fleet needs.
+    # The results of a cycle depend on which messages have arrived, never on when a caller looks.
     time.sleep(0.0002)
 
 

@@ -88,7 +88,8 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
         _settle(program, log, parent)
         program.main()
         _leave(DONE)
-    except BaseException as error:  # noqa: BLE001  # a fork that unwinds would run the parent's code
+    except BaseException as error:  # noqa: BLE001  # else the child runs the parent's code
+        # Nothing is swallowed: `_status` reports the error and turns it into an exit status.
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:

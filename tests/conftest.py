@@ -124,7 +124,8 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # a check costs little, but not nothing; the deadline is what counts
+        # The fact decides, not the pause: it only leaves the processor to those who bring the fact.
+        time.sleep(0.01)
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,7 +126,7 @@ def fate(number: int, folder: Path) -> str:
     except ScenarioError as error:
         lines = str(error).splitlines()
         return "refused" if 0 < len(lines) <= 21 else "refused in too many lines"
-    except Exception as error:  # noqa: BLE001  # the test looks for these
+    except Exception as error:  # noqa: BLE001  # any kind is a finding, which is returned
         return f"traceback: {type(error).__name__}: {error}"[:200]
     if time.monotonic() - began > _HANGS_S:
         return "slow"

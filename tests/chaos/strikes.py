@@ -53,8 +53,8 @@ def strike(started: Command, case: Case, out: Path) -> pb.Clock:
     if case.moment == "start":
         first = "world" if case.victim == "command" else case.process
         started.wait_for_children({first})
-        # The sleep waits for nothing: it spreads the signals over the start of the fleet.
-        # No assertion depends on the progress of the start at the signal.
+        # The sleep waits for no fact: it is the random moment of the case, in the 0.3 s of a start.
+        # No assertion depends on how far the start has come at the signal.
         time.sleep(0.3 * case.at)
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
@@ -86,11 +86,11 @@ def _hit(started: Command, case: Case) -> None:
 def go_on_later(started: Command, case: Case) -> None:
     """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
-        # The pause is the fault that the case injects. Nothing waits for a result in it.
+        # How long the victim stands still is the fault that the case injects. No result is awaited.
         time.sleep(PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0)
         started.send(signal.SIGCONT)
     elif case.blow == "STOP 3 s":
-        # The pause is the fault that the case injects. Nothing waits for a result in it.
+        # As above: the standstill itself is the fault.
         time.sleep(PAUSE_S)
         try:
             started.send_to_child(case.process, signal.SIGCONT)

@@ -100,6 +100,7 @@ def test_code_that_exits_in_a_run_is_named_and_the_log_is_kept(
     assert load(tmp_path / "out" / "run.mcap").cycles > 0
 
 
+# The sleep stands in the code under test: code that hangs in a system call, and in Python.
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
 @pytest.mark.parametrize("what", ["time.sleep(600)", "while True: pass"])
 def test_an_estimator_that_hangs_is_named_with_its_line(
@@ -149,6 +150,7 @@ def test_a_linear_form_that_fails_is_found_before_the_run(
 
 def test_ctrl_c_is_not_blamed_on_the_code(tmp_path: Path) -> None:
     """Ctrl-C ends the command as usual while a file is loaded, and the file is not blamed."""
+    # The file sleeps, so that the signal comes while it is loaded; the test waits for `loads`.
     write(tmp_path, at_load="open('loads', 'w').close(); time.sleep(600)")
     with command(tmp_path, "check", "s.yaml", *OWN_LAW) as started:
         wait_until((tmp_path / "loads").exists, "the file is being loaded")
