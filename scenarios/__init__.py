@@ -26,29 +26,16 @@ from zenvoy.scenarios.schema.channel import (
     Scope,
     SenderOffset,
 )
+from zenvoy.scenarios.schema.control import Control, GainChanges, MultiNode, Platoon, Switch
 from zenvoy.scenarios.schema.control_laws import modes, name_of, parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
+from zenvoy.scenarios.schema.fleet import Fleet, Gains, Group, Vehicle
 from zenvoy.scenarios.schema.inputs import Model
 from zenvoy.scenarios.schema.own_laws import own_laws, setpoint_at
 from zenvoy.scenarios.schema.roster import Limits, Phase, Settings, group_members, roster
-from zenvoy.scenarios.schema.scenario import (
-    Beacons,
-    Control,
-    Estimator,
-    Fleet,
-    GainChanges,
-    Gains,
-    Group,
-    MultiNode,
-    Platoon,
-    Road,
-    Scenario,
-    Sensors,
-    Switch,
-    Vehicle,
-)
+from zenvoy.scenarios.schema.scenario import Beacons, Estimator, Road, Scenario, Sensors
 from zenvoy.scenarios.schema.sets import members
 from zenvoy.scenarios.schema.technologies import technologies
 from zenvoy.scenarios.schema.technology import Technology

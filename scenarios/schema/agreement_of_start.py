@@ -9,7 +9,8 @@ from zenvoy.scenarios.errors import Problem
 from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import Fleet, Scenario
+    from zenvoy.scenarios.schema.fleet import Fleet
+    from zenvoy.scenarios.schema.scenario import Scenario
 
 
 def start_that_disagrees(scenario: Scenario) -> Iterator[Problem]:

@@ -8,7 +8,8 @@ from zenvoy.laws import Law, builtin, parameters_from
 from zenvoy.laws.parameters import parameters_of as parameters_checked
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import Control, Scenario
+    from zenvoy.scenarios.schema.control import Control
+    from zenvoy.scenarios.schema.scenario import Scenario
 
 _FIRST_MODE: Final = 64  # for laws that are not in the library; modes are below 128
 

@@ -12,15 +12,9 @@ from zenvoy.scenarios.schema.courses import Targets, course
 from zenvoy.scenarios.schema.sets import drawn, members
 
 if TYPE_CHECKING:
-    from zenvoy.scenarios.schema.scenario import (
-        Control,
-        Fleet,
-        Gains,
-        Group,
-        Scenario,
-        Switch,
-        Vehicle,
-    )
+    from zenvoy.scenarios.schema.control import Control, Switch
+    from zenvoy.scenarios.schema.fleet import Fleet, Gains, Group, Vehicle
+    from zenvoy.scenarios.schema.scenario import Scenario
 
 _NS_PER_S = 1_000_000_000
 

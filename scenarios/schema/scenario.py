@@ -1,4 +1,4 @@
-"""The sections of a scenario: frozen, typed, with units in the names.
+"""A whole scenario, and its small sections: frozen, typed, with units in the names.
 
 Every field has a default, so that a scenario file contains only differences from the paper's
 setting (40 vehicles on a ring of 1500 m, Table IV). docs/decisions.md explains the defaults that
@@ -7,227 +7,24 @@ the paper does not give.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import accumulate
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
 from zenvoy.scenarios.schema.agreement import refuse_disagreements
 from zenvoy.scenarios.schema.channel import Channel
+from zenvoy.scenarios.schema.control import Control
 from zenvoy.scenarios.schema.events import Brake, Event, Sine, Trace
-from zenvoy.scenarios.schema.inputs import (
-    EstimatorKind,
-    GroupName,
-    Model,
-    Parameters,
-    VehicleSet,
-    Weights,
-)
+from zenvoy.scenarios.schema.fleet import Fleet, Vehicle
+from zenvoy.scenarios.schema.inputs import EstimatorKind, Parameters
 from zenvoy.scenarios.schema.waits import own_wait_ms
-from zenvoy.values.section import (
-    LARGEST,
-    NS_PER_MS,
-    NS_PER_S,
-    Fraction,
-    NonNegative,
-    Percent,
-    Positive,
-    Section,
-)
-
-
-def _bumper_schema() -> dict[str, Any]:
-    """Return the JSON schema of a spacing from bumper to bumper."""
-    return {"type": "number", "exclusiveMinimum": 0, "maximum": LARGEST}
-
-
-def _bumper(front: str, bumper: str) -> Callable[[dict[str, Any]], None]:
-    """Also allow the key `bumper`, which `zenvoy.scenarios.reading.spacing` turns into `front`."""
-
-    def add(schema: dict[str, Any]) -> None:
-        properties = schema["properties"]
-        keys = list(properties)
-        keys.insert(keys.index(front) + 1, bumper)
-        schema["properties"] = {key: properties.get(key, _bumper_schema()) for key in keys}
-
-    return add
-
-
-_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("gap_m", "bumper_gap_m"))
-_DESIRED_BUMPER_GAP = ConfigDict(json_schema_extra=_bumper("desired_gap_m", "desired_bumper_gap_m"))
+from zenvoy.values.section import NS_PER_MS, NS_PER_S, NonNegative, Percent, Positive, Section
 
 
 class Road(Section):
     """The shape of the road. The length of a ring is fleet.size · fleet.gap_m."""
 
     type: Literal["ring", "open"] = "ring"
-
-
-class Gains(Section):
-    """The gains k_d in s⁻², k_v and k_c in s⁻¹ (the paper gives no values).
-
-    k_c pulls the speed towards the desired speed. A negative k_c drives it away, as in the paper's
-    printed equations.
-    """
-
-    k_d: NonNegative = 0.1
-    k_v: NonNegative = 0.5
-    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
-
-
-class Vehicle(Section):
-    """How a vehicle carries out its commands.
-
-    Its acceleration follows the command with a first-order lag of time constant actuator_lag_s;
-    null: without lag. Commands and the accelerations that they cause stay between
-    -max_deceleration_mps2 and max_acceleration_mps2; null: control.acceleration_limit_mps2.
-    """
-
-    actuator_lag_s: Annotated[float, Field(ge=0.001, le=100)] | None = None
-    max_acceleration_mps2: Positive | None = None
-    max_deceleration_mps2: Positive | None = None
-
-
-class Group(Section):
-    """A set of vehicles with its own settings; null: the settings of `control` and `vehicle`.
-
-    The set is given by `vehicles`, or drawn by seed as a `share` of the fleet. If groups overlap,
-    the last one counts.
-    """
-
-    model_config = _DESIRED_BUMPER_GAP
-
-    name: GroupName
-    vehicles: VehicleSet | None = None
-    share: Fraction | None = None
-    model: Model | None = None
-    parameters: Parameters = ()
-    gains: Gains | None = None
-    desired_gap_m: Positive | None = None
-    desired_speed_mps: NonNegative | None = None
-    vehicle: Vehicle | None = None
-    beacons: bool = True
-
-
-class Fleet(Section):
-    """Vehicles 1..size; vehicle i follows i - 1.
-
-    At the start they have equal gaps and equal speeds, unless the gaps of vehicles 2..size or the
-    speeds of all vehicles are given.
-    """
-
-    model_config = _BUMPER_GAP
-
-    size: Annotated[int, Field(ge=2, le=10_000)] = 40
-    length_m: Positive = 5.0
-    gap_m: Positive = 37.5
-    speed_mps: NonNegative = 30.0
-    initial_gaps_m: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
-    initial_speeds_mps: Annotated[tuple[NonNegative, ...], Field(strict=False)] | None = None
-    reported_gaps: Literal["front-to-front", "bumper-to-bumper"] = "front-to-front"
-    groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is allowed, too
-
-    @property
-    def gaps_at_start_m(self) -> tuple[float, ...]:
-        """The gaps of vehicles 2..size at the start, m."""
-        even = (self.gap_m,) * (self.size - 1)
-        return even if self.initial_gaps_m is None else self.initial_gaps_m
-
-    @property
-    def positions_at_start_m(self) -> tuple[float, ...]:
-        """The positions of vehicles 1..size at the start, m; the last vehicle is at 0."""
-        if self.initial_gaps_m is None:
-            return tuple(behind * self.gap_m for behind in range(self.size - 1, -1, -1))
-        return tuple(accumulate(reversed(self.initial_gaps_m), initial=0.0))[::-1]
-
-    @property
-    def speeds_at_start_mps(self) -> tuple[float, ...]:
-        """The speeds of vehicles 1..size at the start, m/s."""
-        even = (self.speed_mps,) * self.size
-        return even if self.initial_speeds_mps is None else self.initial_speeds_mps
-
-
-class GainChanges(Section):
-    """Changes of gains, as in Gains; null: unchanged."""
-
-    k_d: NonNegative | None = None
-    k_v: NonNegative | None = None
-    k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] | None = None
-
-    @property
-    def given(self) -> dict[str, float]:
-        """The gains that change."""
-        return self.model_dump(exclude_none=True)
-
-
-class Switch(Section):
-    """A change of model, desired gap, desired speed or gains from at_s on; null: unchanged.
-
-    vehicles null: all vehicles whose groups do not set the value that changes. Gap, speed and gains
-    may change linearly over ramp_s; a model changes at once.
-    """
-
-    model_config = _DESIRED_BUMPER_GAP
-
-    at_s: NonNegative
-    vehicles: VehicleSet | None = None
-    model: Model | None = None
-    parameters: Parameters = ()
-    desired_gap_m: Positive | None = None
-    desired_speed_mps: NonNegative | None = None
-    gains: GainChanges | None = None
-    ramp_s: NonNegative = 0.0
-
-    @property
-    def targets(self) -> dict[str, float]:
-        """The values that change, except the model: desired_gap_m, desired_speed_mps, k_d, …"""
-        named = {"desired_gap_m": self.desired_gap_m, "desired_speed_mps": self.desired_speed_mps}
-        given = {name: value for name, value in named.items() if value is not None}
-        return given if self.gains is None else given | self.gains.given
-
-
-class MultiNode(Section):
-    """MBCM: the number of vehicles on each side, and their weights c_1 .. c_m, nearest first."""
-
-    neighbours: Annotated[int, Field(ge=1, le=100)] = 3
-    weights: Weights = "least-squares"
-
-
-class Platoon(Section):
-    """CACC: platoons of `size` consecutive vehicles (null: one platoon), led by the first.
-
-    c1 is the weight of the leader against the vehicle ahead, xi the damping ratio and omega_n
-    the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's.
-    """
-
-    size: Annotated[int, Field(ge=2, le=10_000)] | None = None
-    c1: Annotated[float, Field(ge=0, lt=1), Percent] = 0.5
-    xi: Annotated[float, Field(ge=1, le=LARGEST)] = 1.0
-    omega_n: Positive = 0.2
-
-
-class Control(Section):
-    """The control law, its desired state and its timing (docs/architecture.md).
-
-    v2v_wait_ms null: as long as the technology needs (`zenvoy.scenarios.schema.waits`).
-    """
-
-    model_config = _DESIRED_BUMPER_GAP
-
-    model: Model = "PBCM"
-    parameters: Parameters = ()
-    schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is allowed, too
-    gains: Gains = Gains()
-    multi_node: MultiNode = MultiNode()
-    platoon: Platoon = Platoon()
-    neighbour_state: Literal["radar", "position"] = "radar"
-    desired_gap_m: Positive = 37.5
-    desired_speed_mps: NonNegative = 30.0
-    acceleration_limit_mps2: Positive = 3.0
-    v2v_wait_ms: NonNegative | None = None  # in a valid scenario never None
-    system_delay_ms: NonNegative = 89.0
-    beacon_age_limit_ms: Positive = 1000.0
 
 
 class Sensors(Section):
