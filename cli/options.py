@@ -1,4 +1,4 @@
-"""Options that several commands share, and the scenario that they load."""
+"""Options that several commands share, the scenario that they load, and its notes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from zenvoy.cli.terminal import refuse
+from zenvoy.cli.terminal import errors, refuse
 from zenvoy.fleet.engine import Choice, Engine
 from zenvoy.scenarios import Loaded, ScenarioError, load
 from zenvoy.scenarios.reading.library import packaged
@@ -98,3 +98,11 @@ def scenario_of(
         )
     except ScenarioError as error:
         refuse(str(error))
+
+
+def print_notes(loaded: Loaded, strict: bool) -> None:
+    """Print the notes on a valid scenario; with `strict`, print them and exit."""
+    if strict and loaded.notes:
+        refuse("\n".join(map(str, loaded.notes)))
+    for note in loaded.notes:
+        errors.print(f"note: {note}")

@@ -1,0 +1,148 @@
+"""The commands that run a scenario, or join a run.
+
+Each command imports its own dependencies; app.py says why.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from zenvoy.cli.options import (
+    AllowCodeOption,
+    Bus,
+    DurationOption,
+    EngineName,
+    ScenarioArgument,
+    SeedOption,
+    SetOption,
+    StrictOption,
+    choice_of,
+    print_notes,
+    scenario_of,
+)
+from zenvoy.cli.streams import flush
+from zenvoy.cli.terminal import console, errors, refuse, say
+from zenvoy.fleet.requests import interruptible
+
+
+def run(
+    scenario: ScenarioArgument,
+    overrides: SetOption = None,
+    seed: SeedOption = None,
+    duration_s: DurationOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the run [default: runs/<time>-<scenario>].")
+    ] = None,
+    engine: Annotated[
+        EngineName | None,
+        typer.Option(
+            help="A process per vehicle on Zenoh; the whole fleet in one process; the fleet as "
+            "arrays; or auto: arrays where they run the scenario, else in-process "
+            "[default: processes]."
+        ),
+    ] = None,
+    bus: Annotated[
+        Bus | None,
+        typer.Option(help="Older spelling of --engine; zenoh stands for processes."),
+    ] = None,
+    realtime: Annotated[
+        bool,
+        typer.Option("--realtime", help="Run on the wall clock, not as fast as possible."),
+    ] = False,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="In real time: simulated time per wall time, 0.1 to 10."),
+    ] = None,
+    per_process: Annotated[
+        int,
+        typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
+    ] = 1,
+    without: Annotated[
+        list[int] | None,
+        typer.Option(metavar="ID", help="Leave this vehicle to another program; repeatable."),
+    ] = None,
+    listen: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="tcp/HOST:PORT",
+            help="Let the world listen here too, and the channel on the next port; repeatable.",
+        ),
+    ] = None,
+    strict: StrictOption = False,
+    allow_code: AllowCodeOption = False,
+) -> None:
+    """Run a scenario and log it to a folder.
+
+    The folder also gets a summary and the text output of each process.
+    """
+    asked = choice_of(engine, bus)
+    clock = "realtime" if realtime else None
+    loaded = scenario_of(
+        scenario,
+        overrides,
+        seed,
+        duration_s,
+        clock=clock,
+        speed=speed,
+        allow_code=allow_code,
+    )
+    if loaded.scenario.clock == "realtime" and asked != "processes":
+        refuse("clock: realtime needs processes; allowed: --engine processes")
+    if per_process < 1:
+        refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    if (without or listen or per_process > 1) and asked != "processes":
+        refuse(
+            "--without, --listen and --vehicles-per-process need processes; "
+            "allowed: --engine processes"
+        )
+    from zenvoy.fleet.guests import GuestsError, guests
+
+    try:
+        others = guests(without or (), listen or (), loaded.scenario.fleet.size)
+    except GuestsError as error:
+        refuse(str(error))
+    from zenvoy.fleet.choice import EngineError, choose
+
+    try:
+        chosen = choose(asked, loaded.scenario)
+    except EngineError as error:
+        refuse(str(error))
+    print_notes(loaded, strict)
+    if asked == "auto":
+        say(f"engine: {chosen.engine}")
+        for line in chosen.not_arrays:
+            say(f"  {line}")
+    from zenvoy.cli.execute import execute
+
+    with interruptible():
+        code = execute(loaded, out, chosen.engine, console, errors, others, per_process)
+    raise typer.Exit(code)
+
+
+def vehicle(
+    vehicle: Annotated[int, typer.Option("--id", help="Number of the vehicle, from 1 on.")],
+    run: Annotated[str, typer.Option(help="Folder of the run, or its name if --connect is given.")],
+    connect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
+        ),
+    ] = None,
+    timeout_s: Annotated[
+        float, typer.Option(help="Longest wait for an answer of the run, s [0.1 to 86400].")
+    ] = 10.0,
+    allow_code: AllowCodeOption = False,
+) -> None:
+    """Join a run in place of a vehicle that is missing."""
+    from zenvoy.cli.join import join
+
+    with interruptible():
+        code = join(vehicle, run, connect or (), timeout_s, console, errors, allow_code=allow_code)
+    os._exit(flush(code))  # an open session would keep the interpreter from exiting
+
+
+RUN_COMMANDS = (run, vehicle)
