@@ -14,7 +14,8 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from tests.attack import Mutator, Seen, streams
+from tests.attack.messages import Seen, streams
+from tests.attack.mutator import Mutator
 from tests.fleet_of_three import FLEET, SIZE, scenario_of
 from tests.virtual_time import VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus.agent import Agent, Envelope

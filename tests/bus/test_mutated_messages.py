@@ -15,7 +15,8 @@ from typing import Final
 
 import pytest
 
-from tests.attack import FIRST_CYCLE, MARK
+from tests.attack.attacker import FIRST_CYCLE
+from tests.attack.mutator import MARK
 from tests.conftest import LIMIT_S, Log, read_log, run
 from tests.fleet_of_three import FLEET, MOST_LINES
 from zenvoy.bus import messages_pb2 as pb
