@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from zenvoy.cli import exits
 from zenvoy.cli.options import AllowCodeOption, DurationOption, ScenarioArgument, SetOption
-from zenvoy.cli.studying import DaskOption, JobsOption, options_of, studying
-from zenvoy.cli.terminal import console, errors, say
+from zenvoy.cli.studying import DaskOption, JobsOption, options_of, print_results, studying
+from zenvoy.cli.terminal import console, say
 from zenvoy.laws import builtin
 
 if TYPE_CHECKING:
@@ -77,12 +76,7 @@ def compare_laws(
         )
     print_section(console, section(done.comparison))
     say("")
-    for path in done.files:
-        say(str(path))
-    results = done.comparison.results
-    if failed := len(results.failed):
-        errors.print(f"{failed} of {results.plan.runs} runs failed; see {done.readme}")
-        raise typer.Exit(exits.FAILED)
+    print_results(done.files, done.comparison.results, done.readme)
 
 
 def _command(asked: Comparing, out: Path | None) -> str:

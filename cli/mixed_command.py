@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from zenvoy.cli.options import DurationOption
-from zenvoy.cli.studying import JobsOption, options_of, studying
+from zenvoy.cli.studying import JobsOption, make_folders, options_of, studying
 from zenvoy.cli.terminal import say
 
 
@@ -28,10 +28,12 @@ def mixed_traffic(
     Writes tables and pictures: of a wave that one controlled car ends, and of growing shares of
     equipped cars.
     """
-    from zenvoy.studies.mixed.mixed import run_mixed
+    from zenvoy.studies.mixed.mixed import require_control, run_mixed
 
     command = f"zenvoy mixed-traffic{options_of(('--seeds', seeds), ('--duration-s', duration_s))}"
     with studying("study", "runs"):
+        require_control(duration_s)
+        make_folders(out=out, runs=runs)
         files = run_mixed(
             seeds=seeds,
             duration_s=duration_s,

@@ -13,15 +13,11 @@ from typing import Annotated
 
 import typer
 
-from zenvoy.cli import exits
 from zenvoy.cli.options import Bus, DurationOption, EngineName, choice_of, scenario_of
-from zenvoy.cli.terminal import errors, refuse, say
+from zenvoy.cli.studying import JobsOption, make_folders, options_of, studying
+from zenvoy.cli.terminal import say
 from zenvoy.fleet.engine import Engine
-from zenvoy.fleet.requests import interruptible
 
-JobsOption = Annotated[
-    int | None, typer.Option(min=1, max=1_000, help="Processes at a time [default: one per core].")
-]
 EngineOption = Annotated[
     EngineName | None,
     typer.Option(
@@ -70,10 +66,13 @@ def reproduce(
             fingerprints=fingerprints,
             on_line=say,
         )
-        with_fingerprints = " --fingerprints" if fingerprints else ""
-        command = _command(
-            f"zenvoy reproduce --seeds {seeds} --engine {chosen}{with_fingerprints}", duration_s
+        options = options_of(
+            ("--seeds", seeds),
+            ("--engine", chosen),
+            ("--fingerprints", fingerprints),
+            ("--duration-s", duration_s),
         )
+        command = f"zenvoy reproduce{options}"
         for path in reproduce(study, seeds=seeds, duration_s=duration_s, out=out, command=command):
             say(str(path))
 
@@ -101,7 +100,8 @@ def degradation(
     chosen = _engine(engine, bus)
     with _studying(duration_s, out, runs) as at_a_time:
         study = Study(folder=runs, engine=chosen, jobs=jobs or at_a_time, on_line=say)
-        command = _command(f"zenvoy degradation --seeds {seeds} --engine {chosen}", duration_s)
+        options = options_of(("--seeds", seeds), ("--engine", chosen), ("--duration-s", duration_s))
+        command = f"zenvoy degradation{options}"
         for path in degradation(
             study, seeds=seeds, duration_s=duration_s, out=out, command=command
         ):
@@ -116,28 +116,13 @@ def _engine(engine: EngineName | None, bus: Bus | None) -> Engine:
     return "arrays" if chosen == "auto" else chosen
 
 
-def _command(text: str, duration_s: float | None) -> str:
-    return text if duration_s is None else f"{text} --duration-s {duration_s:g}"
-
-
 @contextmanager
 def _studying(duration_s: float | None, out: Path, runs: Path) -> Iterator[int]:
     """Yield the number of cores; if the study fails or is interrupted, print why and exit."""
-    from zenvoy.studies.study import StudyError
-
     scenario_of("paper/base", None, None, duration_s)
-    for option, folder in (("--out", out), ("--runs", runs)):  # fail now, not after an hour
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            refuse(f"{option} {folder}: {error.strerror}")
-
-    try:
-        with interruptible():
-            yield len(os.sched_getaffinity(0))
-    except (StudyError, OSError) as error:
-        errors.print(f"the study cannot go on: {error}")
-        raise typer.Exit(exits.FAILED) from error
+    make_folders(out=out, runs=runs)
+    with studying("study", "runs"):
+        yield len(os.sched_getaffinity(0))
 
 
 STUDY_COMMANDS = (reproduce, degradation)

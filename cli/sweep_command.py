@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import typer
-
-from zenvoy.cli import exits
 from zenvoy.cli.options import AllowCodeOption
 from zenvoy.cli.studying import (
     DaskOption,
@@ -12,9 +9,10 @@ from zenvoy.cli.studying import (
     ResultsOption,
     StudyArgument,
     command_of,
+    print_results,
     studying,
 )
-from zenvoy.cli.terminal import errors, say
+from zenvoy.cli.terminal import say
 
 
 def sweep(
@@ -40,11 +38,7 @@ def sweep(
             allow_code=allow_code,
             dask=dask,
         )
-    for path in done.files:
-        say(str(path))
-    if failed := len(done.results.failed):
-        errors.print(f"{failed} of {done.results.plan.runs} runs failed; see {done.readme}")
-        raise typer.Exit(exits.FAILED)
+    print_results(done.files, done.results, done.readme)
 
 
 SWEEP_COMMANDS = (sweep,)

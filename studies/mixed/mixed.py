@@ -31,10 +31,10 @@ def run_mixed(
 ) -> list[Path]:
     """Make the missing runs in `runs`, then write tables, pictures and README.md to `out`.
 
-    Returns the files. The page names `command` as its source. A run that fails is reported on a
-    line, and left out. Raises BadStudyError or OSError; finished runs are kept.
+    The folder `out` exists, and `require_control` accepts `duration_s`. Returns the files. The page
+    names `command` as its source. A run that fails is reported on a line, and left out. Raises
+    BadStudyError or OSError; finished runs are kept.
     """
-    _require_control(duration_s)
 
     def made(study: Mapping[str, object], name: str) -> Made:
         return make_runs(read_study(study), out=runs / name, jobs=jobs, on_line=on_line)
@@ -51,11 +51,11 @@ def run_mixed(
         pictures.spread(driven, control_s),
         pictures.penetration(points),
     ]
-    out.mkdir(parents=True, exist_ok=True)
     return write_whole(out, _files(drawn, [ring.sheet(driven), penetration.sheet(points)], command))
 
 
-def _require_control(duration_s: float | None) -> None:
+def require_control(duration_s: float | None) -> None:
+    """Raise BadStudyError if runs end before a car is controlled."""
     control_s = ring.spans(0.0).before.until_s
     if duration_s is not None and duration_s <= control_s:
         text = f"{duration_s:g} s: a car is controlled from {control_s:g} s on; allowed: more"

@@ -87,6 +87,8 @@ def test_options_with_one_value_exist() -> None:
             "duration_s: nan is not in (0, 1e9]  (--duration-s nan)",
         ),
         ("degradation --out file/x", "--out file/x: Not a directory"),
+        ("mixed-traffic --out file/x", "--out file/x: Not a directory"),
+        ("mixed-traffic --out o --runs file/x", "--runs file/x: Not a directory"),
         ("reproduce --runs file --out new", "--runs file: File exists"),
         ("vehicle --run r", "zenvoy vehicle: missing option '--id'; see zenvoy vehicle --help"),
         (
