@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.growth import growths
+from zenvoy.analysis.measures.motion import rms
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
+from zenvoy.links.distance import gaps
 from zenvoy.scenarios.convoys.convoy import Convoy
 
 Floats = NDArray[np.float64]
@@ -72,9 +74,7 @@ def _both(run: Run, convoy: Convoy) -> _Both:
     def at(values: Floats) -> Floats:
         return np.array([np.interp(time_s, convoy.time_s, one) for one in values.T]).T
 
-    position = run.truth["position"][rows]
-    gap = np.full(position.shape, np.nan)
-    gap[:, 1:] = -np.diff(position, axis=1) - run.scenario.fleet.length_m
+    gap = gaps(run.truth["position"][rows], None) - run.scenario.fleet.length_m
     return _Both(time_s, at(convoy.speed), at(convoy.gap), run.truth["speed"][rows], gap)
 
 
@@ -83,8 +83,6 @@ def _sheet(both: _Both, convoy: Convoy) -> Sheet:
     car_growth, growth = growths(both.car_speed), growths(both.speed)
     rows: list[tuple[Cell, ...]] = []
     for place, name in enumerate(convoy.cars):
-        speed_error = float(np.sqrt(np.mean((both.speed - both.car_speed)[:, place] ** 2)))
-        gap_error = float(np.sqrt(np.mean((both.gap - both.car_gap)[:, place] ** 2)))
         rows.append(
             (
                 place + 1,
@@ -93,8 +91,8 @@ def _sheet(both: _Both, convoy: Convoy) -> Sheet:
                 float(swing[place]),
                 float(car_growth[place - 1]) if place else None,
                 float(growth[place - 1]) if place else None,
-                speed_error,
-                gap_error if place else None,
+                rms((both.speed - both.car_speed)[:, place]),
+                rms((both.gap - both.car_gap)[:, place]) if place else None,
             )
         )
     return Sheet(

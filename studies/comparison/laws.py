@@ -37,7 +37,6 @@ class Base:
 
     scenario: str
     settings: tuple[str, ...] = ()
-    seed: int | None = None
     duration_s: float | None = None
     allow_code: bool = False
 
@@ -46,7 +45,6 @@ class Base:
         return load(
             self.scenario,
             (*self.settings, *settings),
-            seed=self.seed,
             duration_s=self.duration_s,
             allow_code=self.allow_code,
         )

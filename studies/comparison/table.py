@@ -11,7 +11,7 @@ from zenvoy.analysis.page.digits import text
 from zenvoy.analysis.page.section import Cell, Section, Sheet
 from zenvoy.studies.comparison.compared import Comparison, unit_of
 from zenvoy.studies.sweeps.plan import counted
-from zenvoy.studies.sweeps.table import half, titled
+from zenvoy.studies.sweeps.table import cells_of, half, titled
 
 _INTERVAL_DIGITS: Final = 2  # significant digits of half an interval; the mean ends with the same
 _MOST_DECIMALS: Final = 6
@@ -41,19 +41,9 @@ def rows(compared: Comparison) -> list[tuple[Cell, ...]]:
     """Return a row with COLUMNS for each measure and law."""
     found: list[tuple[Cell, ...]] = []
     for one in compared.findings():
-        mean, difference = one.mean, one.difference
-        found.append(
-            (
-                one.measure,
-                unit_of(one.measure),
-                one.law.label,
-                0 if mean is None else mean.n,
-                None if mean is None else mean.mean,
-                None if mean is None else half(mean),
-                None if difference is None else difference.mean,
-                None if difference is None else half(difference),
-            )
-        )
+        seeds = 0 if one.mean is None else one.mean.n
+        figures = (*cells_of(one.mean), *cells_of(one.difference))
+        found.append((one.measure, unit_of(one.measure), one.law.label, seeds, *figures))
     return found
 
 

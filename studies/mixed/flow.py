@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from zenvoy.analysis.measures.emissions import PETROL_G_PER_L
-from zenvoy.analysis.measures.statistics import Mean
-from zenvoy.studies.sweeps.table import half
 
 Floats = NDArray[np.float64]
 
@@ -83,8 +81,3 @@ def flow_in(series: Mapping[str, Floats], span: Span, ring: Ring) -> Flow:
 
 def _per(value: float, distance: float) -> float:
     return value / distance if distance > 0.0 else float("nan")
-
-
-def cells_of(mean: Mean | None) -> tuple[float | None, float | None]:
-    """Return a mean and half its interval for a table; None for what there is not."""
-    return (None, None) if mean is None else (mean.mean, half(mean))

@@ -10,9 +10,10 @@ from zenvoy.analysis.measures.statistics import Mean, mean_of
 from zenvoy.analysis.page.section import Cell, Sheet
 from zenvoy.analysis.theory.mixed_ring import growth_per_s
 from zenvoy.scenarios import load
-from zenvoy.studies.mixed.flow import SERIES_NEEDED, Flow, Ring, Span, cells_of, flow_in
+from zenvoy.studies.mixed.flow import SERIES_NEEDED, Flow, Ring, Span, flow_in
 from zenvoy.studies.sweeps.results import Row
 from zenvoy.studies.sweeps.sweep import Made
+from zenvoy.studies.sweeps.table import cells_of
 
 LAWS: Final = ("BCM", "PBCM", "LCC")
 SCENARIOS: Final = {"ring/equipped": "22 cars on 260 m", "mixed/drivers": "40 cars on 1500 m"}

@@ -22,10 +22,10 @@ from zenvoy.studies.mixed.flow import (
     Flow,
     Ring,
     Span,
-    cells_of,
     flow_in,
 )
 from zenvoy.studies.sweeps.sweep import Made
+from zenvoy.studies.sweeps.table import cells_of
 
 Floats = NDArray[np.float64]
 

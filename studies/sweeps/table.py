@@ -126,8 +126,7 @@ def means(results: Results) -> Sheet:
     for cell in results.plan.cells:
         cells: list[Cell] = [cell.number, *map(shown, cell.point.values()), seeds[cell.number]]
         for of_cells in by_measure.values():
-            mean = of_cells.get(cell.number)
-            cells += [None, None] if mean is None else [mean.mean, half(mean)]
+            cells += cells_of(of_cells.get(cell.number))
         rows.append(tuple(cells))
     titles = [titled(name, MEASURES[name].unit) for name in results.measures]
     spreads = [titled("± 95 %", MEASURES[name].unit) for name in results.measures]
@@ -145,6 +144,11 @@ def means(results: Results) -> Sheet:
 def half(mean: Mean) -> float | None:
     """Return half the width of an interval; None for a single seed."""
     return None if mean.n < 2 else 0.5 * (mean.high - mean.low)
+
+
+def cells_of(mean: Mean | None) -> tuple[float | None, float | None]:
+    """Return a mean and half its interval for a table; None for what there is not."""
+    return (None, None) if mean is None else (mean.mean, half(mean))
 
 
 def shown(value: Any) -> str | int | float:

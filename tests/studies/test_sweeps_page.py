@@ -12,6 +12,7 @@ from typing import Final
 import pyarrow.parquet
 
 from tests.conftest import zenvoy
+from tests.docs_blocks import blocks
 from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
 from zenvoy.studies.sweeps.axes import DISTRIBUTIONS
@@ -22,9 +23,7 @@ PAGE: Final = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text()
 
 
 def block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-    assert found is not None
-    return found[1]
+    return blocks(PAGE, language)[0]
 
 
 def test_the_page_leads_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:

@@ -12,18 +12,15 @@ from typing import Final
 import pyarrow.parquet
 
 from tests.conftest import zenvoy
+from tests.docs_blocks import blocks
 from zenvoy.studies.tuning.keys import MOST_TRIALS, Sampler, TuneKeys
 
 PAGE: Final = (Path(__file__).parents[2] / "docs" / "tuning.md").read_text()
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-
-
 def test_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
-    (tmp_path / "stable.yaml").write_text(blocks("yaml")[0])
-    for block in blocks("sh"):
+    (tmp_path / "stable.yaml").write_text(blocks(PAGE, "yaml")[0])
+    for block in blocks(PAGE, "sh"):
         program, *arguments = shlex.split(block)
         assert program == "zenvoy"
         outcome = zenvoy(tmp_path, *arguments)
@@ -35,7 +32,7 @@ def test_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
     assert files <= {path.name for path in out.iterdir()}
     assert len(files) == 10
     done = subprocess.run(
-        [sys.executable, "-c", blocks("python")[0]],
+        [sys.executable, "-c", blocks(PAGE, "python")[0]],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -56,7 +53,7 @@ def test_from_an_empty_file_to_a_picture(tmp_path: Path) -> None:
 
 
 def test_the_line_of_a_bad_study(tmp_path: Path) -> None:
-    lines = blocks("console")[0].splitlines()
+    lines = blocks(PAGE, "console")[0].splitlines()
     assert lines[0] == "$ zenvoy tune bad.yaml"
     parameter = "control.gains.k_v: {low: 2, high: 1}"
     (tmp_path / "bad.yaml").write_text(

@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Final
 
 from tests.conftest import zenvoy
+from tests.docs_blocks import blocks
 from zenvoy.studies.comparison.comparing import MEASURED, SEEDS
 
 PAGE: Final = (Path(__file__).parents[3] / "docs" / "compare-laws.md").read_text()
 
 
 def block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-    assert found is not None
-    return found[1]
+    return blocks(PAGE, language)[0]
 
 
 def test_the_page_leads_from_an_empty_folder_to_a_picture(tmp_path: Path) -> None:

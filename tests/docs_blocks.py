@@ -1,0 +1,10 @@
+"""A helper reads the blocks of code of a page in docs/, which tests then run."""
+
+from __future__ import annotations
+
+import re
+
+
+def blocks(page: str, language: str) -> list[str]:
+    """Return the contents of all blocks in this language, in order."""
+    return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
