@@ -82,7 +82,7 @@ class OwnMotion:
         plan = self.plan.of(rows)
         if cycle == newest:
             return plan.over(timing.starts_ns, Stretch(0, until_ns))
-        kept = range(self._first_kept(), newest)
+        kept = range(max(cycle, self._first_kept()), newest)  # nothing before t_cycle matters
         past = Past(
             tuple((j - newest) * timing.period_ns for j in kept),
             tuple(self._read[j + 1][rows] for j in kept),
