@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import json
 import os
 import signal
 import socket
@@ -12,56 +11,17 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.as_child import as_child
-from tests.conftest import (
-    LIMIT_S,
-    Command,
-    Log,
-    command,
-    read_log,
-    wait_until,
-    zenvoy,
-)
+from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
+from tests.fleet.joining import STEPPED, commanded, has_happened, joining, meeting, running
 from zenvoy.bus import messages_pb2 as pb
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "external_vehicle" / "vehicle.py"
 IN_CPP = os.environ.get("ZENVOY_VEHICLE_CPP")
-# Far longer than any test waits.
-LONG = """
-duration_s: 100000
-fleet: {size: 3}
-control: {v2v_wait_ms: 50, system_delay_ms: 60, beacon_age_limit_ms: 500}
-"""
-STEPPED = """
-duration_s: 20
-fleet: {size: 4}
-channel: {loss: {p: 0.1}}
-"""
-
-
-@contextmanager
-def running(folder: Path, *arguments: str) -> Iterator[Command]:
-    """Start a long run in real time, and wait until it has cycles. Its folder is out."""
-    (folder / "long.yaml").write_text(LONG)
-    options = ("--realtime", "--out", "out", *arguments)
-    with command(folder, "run", "long.yaml", *options) as started:
-        started.wait_for_children({"world", "channel"})
-        started.wait_for_cycles(folder / "out" / "run.mcap")
-        yield started
-
-
-@contextmanager
-def joining(folder: Path, *arguments: str) -> Iterator[Command]:
-    """Start `zenvoy vehicle` in its own folder beside that of the run."""
-    own = folder / "-".join(["vehicle", *arguments[1:2]])
-    own.mkdir()
-    with command(own, "vehicle", *arguments) as started:
-        yield started
 
 
 @pytest.fixture(scope="module")
@@ -88,31 +48,6 @@ def without_zenvoy(
             process.kill()
 
 
-def events(log: Log) -> list[tuple[int, int, str]]:
-    """Return kind, vehicle and text of the events of a run so far."""
-    found = [pb.Event.FromString(message.data) for message in log.of("/events")]
-    return [(event.kind, event.vehicle, event.text) for event in found]
-
-
-def has_happened(folder: Path, *wanted: tuple[int, int, str]) -> bool:
-    """Return whether the log of the run has all these events, in this order."""
-    found = iter(events(read_log(folder / "out" / "run.mcap")))
-    return all(event in found for event in wanted)
-
-
-def meeting(folder: Path) -> dict[str, Any]:
-    """Return the content of the run's connect.json."""
-    endpoints: dict[str, Any] = json.loads((folder / "out" / "connect.json").read_text())
-    return endpoints
-
-
-def commanded(folder: Path, vehicle: int) -> list[pb.RealTime]:
-    """Return the rows of the cycles in which the vehicle has sent a command."""
-    log = read_log(folder / "out" / "run.mcap")
-    rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
-    return [row for row in rows if row.commanded_ns[vehicle - 1] >= 0]
-
-
 def test_the_example_is_short_and_does_not_import_zenvoy() -> None:
     text = EXAMPLE.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 100
@@ -135,7 +70,11 @@ def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Pa
         assert row.decided_ns[1] >= row.time_ns + 50_000_000  # not before v2v_wait
 
 
-@pytest.mark.skipif(IN_CPP is None, reason="make external-cpp builds it")
+@pytest.mark.skipif(
+    IN_CPP is None,
+    reason="needs g++ and the library of zenoh-c; `make external-cpp` fetches and builds what "
+    "ZENVOY_VEHICLE_CPP names",
+)
 def test_a_vehicle_in_another_language_drives_in_a_fleet(tmp_path: Path, messages: Path) -> None:
     assert IN_CPP is not None
     drives_in_a_fleet(tmp_path, messages, str(Path(IN_CPP).absolute()))
@@ -251,96 +190,3 @@ def free_ports() -> tuple[int, int]:
                 continue
         return port, port + 1
     pytest.fail("no free ports")
-
-
-def test_in_lock_step_a_vehicle_that_does_not_join_is_named(tmp_path: Path) -> None:
-    (tmp_path / "s.yaml").write_text(STEPPED)
-    options = ("--without", "2", "--set", "stall_limit_s=1")
-    outcome = zenvoy(tmp_path, "run", "s.yaml", "--out", "out", *options)
-    assert outcome.code == 3
-    assert "vehicle/2/receive" in outcome.err or "vehicle-02" in outcome.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (("--without", "21"), "--without 21: is not in [1, 20], the vehicles of fleet.size (20)"),
-        (("--without", "0"), "--without 0: is not in [1, 20], the vehicles of fleet.size (20)"),
-        (
-            ("--without", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; "
-            "allowed: --engine processes",
-        ),
-        (
-            ("--vehicles-per-process", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; "
-            "allowed: --engine processes",
-        ),
-        (
-            ("--listen", "127.0.0.1:7447"),
-            "--listen 127.0.0.1:7447: is not tcp/<host>:<port> with a port in [1, 65534]; "
-            "an IPv6 address stands in brackets",
-        ),
-        (
-            ("--listen", "tcp/127.0.0.1:65535"),
-            "--listen tcp/127.0.0.1:65535: is not tcp/<host>:<port> with a port in [1, 65534]; "
-            "an IPv6 address stands in brackets",
-        ),
-    ],
-)
-def test_a_run_refuses_wrong_options_of_guests(
-    tmp_path: Path, arguments: tuple[str, ...], line: str
-) -> None:
-    outcome = zenvoy(tmp_path, "run", "quickstart", "--out", "out", *arguments)
-    assert (outcome.code, outcome.err) == (2, line + "\n")
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (
-            ("--run", "none"),
-            "--run none: has no connect.json; name the folder of a run under way, or use --connect",
-        ),
-        (
-            ("--run", "r1", "--connect", "unixsock-stream/none", "--timeout-s", "0.5"),
-            "--run r1: no answer within 0.5 s from unixsock-stream/none",
-        ),
-        (
-            ("--run", "r1", "--connect", "here"),
-            "--run r1: here: no endpoint such as tcp/<host>:<port> or unixsock-stream/<path>",
-        ),
-    ],
-)
-def test_a_vehicle_without_a_run_is_refused(
-    tmp_path: Path, arguments: tuple[str, ...], line: str
-) -> None:
-    outcome = zenvoy(tmp_path, "vehicle", "--id", "1", *arguments)
-    assert (outcome.code, outcome.out, outcome.err) == (2, "", line + "\n")
-
-
-def test_a_vehicle_that_does_not_fit_is_refused(tmp_path: Path) -> None:
-    with running(tmp_path, "--without", "3", "--set", "stall_limit_s=2"):
-        endpoints = meeting(tmp_path)
-        world = ("--connect", endpoints["world"][0])
-        outcome = zenvoy(tmp_path, "vehicle", "--id", "4", "--run", "out")
-        assert (outcome.code, outcome.err) == (
-            2,
-            "--id 4: is not in [1, 3], the vehicles of the run\n",
-        )
-        outcome = zenvoy(tmp_path, "vehicle", "--id", "1", "--run", endpoints["run"], *world)
-        assert (outcome.code, outcome.err) == (2, "--id 1: vehicle-01 is in the run already\n")
-        outcome = zenvoy(tmp_path, "vehicle", "--id", "3", "--run", endpoints["run"], *world)
-        assert outcome.code == 2
-        assert outcome.err.startswith("vehicle-03: no progress for 2 s, waiting for a reader of ")
-        assert outcome.err.endswith(
-            "/beacon; --connect needs an endpoint of the world and one of the channel\n"
-        )
-        outcome = zenvoy(
-            tmp_path, "vehicle", "--id", "3", "--run", "another", *world, "--timeout-s", "1"
-        )
-        assert (outcome.code, outcome.err) == (
-            2,
-            f"--run another: no answer within 1 s from {endpoints['world'][0]}\n",
-        )

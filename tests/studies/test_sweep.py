@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
-import json
-import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.parquet
@@ -18,40 +14,13 @@ import pytest
 
 from tests.conftest import command, run, wait_until, zenvoy
 from tests.studies.conftest import contents, write_failing_law
+from tests.studies.sweep_cases import SCENARIO, STUDY
 from zenvoy.analysis import load
-from zenvoy.analysis.measures.figures import MEASURES, figures
+from zenvoy.analysis.measures.figures import figures
 from zenvoy.analysis.measures.statistics import mean_of
 from zenvoy.analysis.measures.summary import summarize
 from zenvoy.studies import sweep
-from zenvoy.studies.cell import Cell
 from zenvoy.studies.study import StudyError
-from zenvoy.studies.sweeps import running
-from zenvoy.studies.sweeps.sweep import run_sweep
-from zenvoy.studies.sweeps.workers import each_done
-
-STUDY = """
-scenario: quickstart
-description: Frames lost, against the gain of relative speed.
-settings:
-  fleet: {size: 6}
-  events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 3}]
-duration_s: 3
-axes:
-  channel.loss.p: [0, 0.9]
-  control.gains.k_v: {from: 0.3, to: 0.6, steps: 2}
-seeds: [1, 4]
-measures: [smallest_gap_m, speed.estimated.rmse, fallbacks, frames.lost, speed_spread_at_100_s_mps]
-series: [mean_speed_mps]
-"""
-SCENARIO = """
-extends: quickstart
-fleet: {size: 6}
-events: [{vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 3}]
-duration_s: 3
-channel: {loss: {p: 0.9}}
-control: {gains: {k_v: 0.3}}
-seed: 4
-"""
 
 
 @pytest.fixture(scope="module")
@@ -160,90 +129,6 @@ def test_a_damaged_run_is_made_again(swept: Path, tmp_path: Path) -> None:
     assert table == (swept / "out" / "table.parquet").read_bytes()
 
 
-BATCH = STUDY.replace("frames.lost, ", "").replace("[1, 4]", "[1, 4, 9]")
-
-
-@pytest.fixture(scope="module")
-def on_arrays(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("arrays")
-    (folder / "loss.yaml").write_text(BATCH + "engine: arrays\n")
-    outcome = zenvoy(folder, "sweep", "loss.yaml", "--out", "out")
-    assert (outcome.code, outcome.err) == (0, ""), outcome
-    return folder
-
-
-def test_all_engines_give_the_same_table(on_arrays: Path, tmp_path: Path) -> None:
-    (tmp_path / "loss.yaml").write_text(BATCH + "engine: in-process\n")
-    assert zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out").code == 0
-    summaries = [
-        json.loads(path.read_text()) for path in (tmp_path / "out" / "runs").glob("*.json")
-    ]
-    assert all(summary["frames"] is not None for summary in summaries)
-    batch = [json.loads(path.read_text()) for path in (on_arrays / "out" / "runs").glob("*.json")]
-    assert all(summary["frames"] is None for summary in batch)
-    for name in ("table.parquet", "series.parquet", "means.csv", "smallest_gap_m.svg"):
-        alone = (tmp_path / "out" / name).read_bytes()
-        assert (on_arrays / "out" / name).read_bytes() == alone, name
-
-
-def test_missing_seeds_of_a_cell_are_run_on_arrays(on_arrays: Path, tmp_path: Path) -> None:
-    (tmp_path / "loss.yaml").write_text(BATCH)
-    for name, content in contents(on_arrays / "out").items():
-        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "out" / name).write_bytes(content)
-    for path in sorted((tmp_path / "out" / "runs").glob("*.json"))[:5]:
-        path.unlink()
-    outcome = zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out")
-    assert outcome.out.startswith("4 cells × 3 seeds: 12 runs, 5 to do\n")
-    table = (tmp_path / "out" / "table.parquet").read_bytes()
-    assert table == (on_arrays / "out" / "table.parquet").read_bytes()
-
-
-def test_a_measure_that_needs_a_log_repeats_old_runs(on_arrays: Path, tmp_path: Path) -> None:
-    (tmp_path / "loss.yaml").write_text(STUDY.replace("[1, 4]", "[1]"))
-    for name, content in contents(on_arrays / "out").items():
-        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "out" / name).write_bytes(content)
-    outcome = zenvoy(tmp_path, "sweep", "loss.yaml", "--out", "out")
-    assert outcome.out.startswith("4 cells × 1 seed: 4 runs, 4 to do\n")
-    rows = pyarrow.parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
-    assert all(row["frames.lost"] is not None for row in rows)
-
-
-def test_a_batch_that_fails_is_repeated_run_by_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A process that runs seed 2 dies, as if it lacked memory, in a batch and alone."""
-    kept = running.keep_runs
-
-    def dies(cells: Sequence[Cell], *arguments: Any) -> None:
-        if any(cell.seed == 2 for cell in cells):
-            os.kill(os.getpid(), signal.SIGKILL)
-        kept(cells, *arguments)
-
-    monkeypatch.setattr("zenvoy.studies.sweeps.crew.keep_runs", dies)
-    reported: list[str] = []
-    keys = {
-        "scenario": "quickstart",
-        "settings": {"fleet.size": 6},
-        "axes": {"channel.loss.p": [0.5]},
-        "seeds": 3,
-        "duration_s": 1,
-    }
-    done = run_sweep(keys, out=tmp_path / "o", jobs=1, on_line=reported.append, command="c")
-    assert [row.failure for row in done.results.rows] == [
-        None,
-        "its process was killed by SIGKILL",
-        None,
-    ]
-    assert reported == [
-        "1 cell × 3 seeds: 3 runs, 3 to do",
-        "1 of 3: channel.loss.p=0.5, seed 1",
-        "2 of 3: channel.loss.p=0.5, seed 2 failed: its process was killed by SIGKILL",
-        "3 of 3: channel.loss.p=0.5, seed 3",
-    ]
-
-
 def test_a_run_that_fails_is_reported_and_the_others_go_on(tmp_path: Path) -> None:
     write_failing_law(tmp_path)
     (tmp_path / "study.yaml").write_text("""
@@ -330,44 +215,3 @@ def test_without_pandas_the_error_names_the_missing_package(
     with pytest.raises(StudyError, match=r"pip install 'zenvoy\[pandas\]'"):
         sweep({"scenario": "quickstart"}, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
-
-
-# Workers.
-
-
-def _odd_ones_fail(number: int) -> None:
-    if number == 3:
-        os.kill(os.getpid(), signal.SIGKILL)
-    if number % 2:
-        raise ValueError(f"{number} is odd\nand that is not allowed")
-
-
-def test_a_task_that_fails_or_dies_affects_no_other() -> None:
-    done = {one.task: one.failure for one in each_done(range(6), _odd_ones_fail, 2)}
-    assert done == {
-        0: None,
-        1: "1 is odd and that is not allowed",
-        2: None,
-        3: "its process was killed by SIGKILL",
-        4: None,
-        5: "5 is odd and that is not allowed",
-    }
-
-
-# The names of measures.
-
-
-def leaves(value: object, name: str = "") -> Iterator[str]:
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from leaves(inner, f"{name}.{key}".removeprefix("."))
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield name
-
-
-def test_every_figure_of_a_summary_is_a_measure(tmp_path: Path) -> None:
-    run(tmp_path / "run", SCENARIO, "--bus", "in-process")
-    summary = json.loads((tmp_path / "run" / "out" / "summary.json").read_text())
-    numbers = set(leaves(summary)) - {"seed"}
-    assert numbers <= set(MEASURES)
-    assert {name for name, value in figures(summary).items() if value is not None} == numbers

@@ -1,4 +1,4 @@
-"""A request to end is not lost while a worker process of a study is forked."""
+"""Workers of a study fail alone, and a request to end is not lost while one is forked."""
 
 from __future__ import annotations
 
@@ -51,3 +51,22 @@ def test_a_worker_unblocks_signals() -> None:
     """Signals are blocked while it is forked."""
     (done,) = each_done([0], _end_itself, 1)
     assert done.failure == "its process was killed by SIGTERM"
+
+
+def _odd_ones_fail(number: int) -> None:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if number % 2:
+        raise ValueError(f"{number} is odd\nand that is not allowed")
+
+
+def test_a_task_that_fails_or_dies_affects_no_other() -> None:
+    done = {one.task: one.failure for one in each_done(range(6), _odd_ones_fail, 2)}
+    assert done == {
+        0: None,
+        1: "1 is odd and that is not allowed",
+        2: None,
+        3: "its process was killed by SIGKILL",
+        4: None,
+        5: "5 is odd and that is not allowed",
+    }
