@@ -19,6 +19,7 @@ from zenvoy.cli.convoy_options import (
     convoys_refused,
     new_folder,
 )
+from zenvoy.cli.table_options import SpeedUnitOption, TimeUnitOption
 from zenvoy.cli.terminal import refuse, say
 from zenvoy.cli.usage import App
 
@@ -79,16 +80,8 @@ def table(
         str | None,
         typer.Option(metavar="COLUMN", help="Column of cars, if each has rows of its own."),
     ] = None,
-    unit: Annotated[
-        str | None,
-        typer.Option(help="Unit of the speeds: m/s, km/h, mph, knots [default: from the header]."),
-    ] = None,
-    time_unit: Annotated[
-        str | None,
-        typer.Option(
-            help="Unit of the times: s, ms, us, ns, min [default: from the header, or s]."
-        ),
-    ] = None,
+    unit: SpeedUnitOption = None,
+    time_unit: TimeUnitOption = None,
     length_m: Annotated[
         float, typer.Option(help="Length of the cars, by which positions become gaps.")
     ] = 5.0,

@@ -17,6 +17,7 @@ from zenvoy.cli.options import (
     SetOption,
     scenario_of,
 )
+from zenvoy.cli.table_options import SpeedUnitOption, TimeUnitOption
 from zenvoy.cli.terminal import console, errors, refuse
 from zenvoy.scenarios import Control, ScenarioError
 from zenvoy.scenarios import technologies as builtin_technologies
@@ -65,16 +66,8 @@ def trace(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Table of times and speeds.")],
     column: Annotated[str | None, typer.Option(help="Name of the column of speeds.")] = None,
     time_column: Annotated[str | None, typer.Option(help="Name of the column of times.")] = None,
-    unit: Annotated[
-        str | None,
-        typer.Option(help="Unit of the speeds: m/s, km/h, mph, knots [default: from the header]."),
-    ] = None,
-    time_unit: Annotated[
-        str | None,
-        typer.Option(
-            help="Unit of the times: s, ms, us, ns, min [default: from the header, or s]."
-        ),
-    ] = None,
+    unit: SpeedUnitOption = None,
+    time_unit: TimeUnitOption = None,
     time: Annotated[
         str | None, typer.Option(help="as-given, or from-first: the first time is 0.")
     ] = None,

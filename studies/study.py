@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import shutil
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +20,7 @@ from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Loaded, Scenario
 from zenvoy.studies.batches import parts, run_batch
 from zenvoy.studies.cell import Cell, key_of
-from zenvoy.studies.worker import be_worker
+from zenvoy.studies.worker import worker_pool
 
 _DIGEST = "digest.npz"
 
@@ -109,26 +107,13 @@ class Study:
                 )
 
     def _run_pool(self, tasks: Sequence[Task]) -> None:
-        pool = ProcessPoolExecutor(
-            self.jobs,
-            multiprocessing.get_context("fork"),
-            initializer=be_worker,
-            initargs=(os.getpid(),),
-        )
-        try:
+        with worker_pool(self.jobs) as pool:
             futures: dict[Future[str], Task] = {}
             for task in tasks:
                 with requests_held():  # the pool forks its workers here
                     futures[_submitted(pool, task)] = task
             done = ((futures[one], _result_of(one, futures[one])) for one in as_completed(futures))
             self._report(tasks, done)
-        except BaseException:
-            for child in multiprocessing.active_children():
-                child.kill()
-            # Wait: Python's own end, and that of the pool's thread, would close one pipe twice.
-            pool.shutdown(cancel_futures=True)
-            raise
-        pool.shutdown()
 
     def _report(self, tasks: Sequence[Task], done: Iterable[tuple[Task, str]]) -> None:
         total, count = sum(len(task.cells) for task in tasks), 0

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from typing import TypeVar
 
 from zenvoy.fleet.requests import requests_held
-from zenvoy.studies.worker import be_worker
+from zenvoy.studies.worker import worker_pool
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -22,23 +19,11 @@ def mapped(
 
     Raises what a task raises. If the caller is interrupted, the processes are killed.
     """
-    pool = ProcessPoolExecutor(
-        max(1, min(jobs, len(tasks))),
-        multiprocessing.get_context("fork"),
-        initializer=be_worker,
-        initargs=(os.getpid(),),
-    )
-    try:
+    with worker_pool(max(1, min(jobs, len(tasks)))) as pool:
         with requests_held():  # the pool forks its workers here
             futures = [pool.submit(do, task) for task in tasks]
         results = []
         for index, future in enumerate(futures):
             results.append(future.result())
             on_done(index, results[-1])
-    except BaseException:
-        for child in multiprocessing.active_children():
-            child.kill()
-        pool.shutdown(cancel_futures=True)
-        raise
-    pool.shutdown()
     return results
