@@ -81,7 +81,7 @@ PBCM = "control.schedule.0.model=PBCM"
 
 @pytest.mark.parametrize("scenario", ["beyond/case-15-bursts", "beyond/case-16-bursts"])
 def test_it_halves_the_gap_error_of_pbcm_in_bursts(scenario: str) -> None:
-    """In docs/beyond-the-paper.md the errors differ by a factor of 3."""
+    """In docs/beyond-the-paper.md the errors differ by a factor of 2.9 in steady traffic."""
     assert gap_errors(scenario).mean() < 0.5 * gap_errors(scenario, PBCM).mean()
 
 
