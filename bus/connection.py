@@ -13,6 +13,8 @@ import zenoh
 
 from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.bundles import Bundle, Parcel, unpack
+from zenvoy.bus.doorkeeper import Doorkeeper
+from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
@@ -34,6 +36,7 @@ class Wiring:
     stall_limit_s: float | None = None
     absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
     shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
+    doors: Doors | None = None  # for TLS endpoints
 
 
 class Connection(ABC):
@@ -66,6 +69,7 @@ class Connection(ABC):
         self._awaited = Blame("")
         self._watch = Watch(wiring.stall_limit_s, self._blame, self._idle)
         self._alive: zenoh.Subscriber[Any] | None = None
+        self._doorkeeper: Doorkeeper | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
         shared = (process.name for process in wiring.shared_processes)
@@ -85,7 +89,11 @@ class Connection(ABC):
     def __enter__(self) -> Self:
         self._watch.__enter__()
         wiring = self._wiring
-        self._session = open_session(wiring.listen, wiring.connect, realtime=self.realtime)
+        if wiring.doors is not None and wiring.doors.access:
+            self._doorkeeper = Doorkeeper(self._participant.name, wiring.run)
+        self._session = open_session(
+            wiring.listen, wiring.connect, realtime=self.realtime, doors=wiring.doors
+        )
         try:
             self.on_open(self._session)
             self._subscribe()
@@ -109,6 +117,8 @@ class Connection(ABC):
     ) -> None:
         self._watch.__exit__(kind, error, trace)
         self.refusals.report_counts()
+        if self._doorkeeper is not None:
+            self._doorkeeper.refusals.report_counts()
         if error is not None:
             return  # the process ends anyway, and closing may wait for a frozen peer
         self._session.close()
@@ -227,8 +237,10 @@ class Connection(ABC):
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.realtime else zenoh.CongestionControl.BLOCK
-        for key in self._written(self._wiring.vehicles):
-            self._publishers[key] = self._session.declare_publisher(key, congestion_control=full)
+        for key, reader in self._written(self._wiring.vehicles).items():
+            # A program that only looks on must not stop the run when it does not read.
+            control = full if reader else zenoh.CongestionControl.DROP
+            self._publishers[key] = self._session.declare_publisher(key, congestion_control=control)
 
     def _written(self, fleet: Iterable[int]) -> dict[str, str]:
         """Return the keys that it writes for a fleet, each with the process that reads it.

@@ -5,17 +5,23 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
-from typing import Any, NamedTuple, cast
+from typing import Any, Final, NamedTuple, cast
 
 import zenoh
 
 from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import alive_key, processes_key, scenario_key
 from zenvoy.bus.vehicle_processes import VehicleProcess
 
 Answer = Callable[[], bytes]
+
+_HINT: Final = (
+    "; nor does it answer a certificate of another authority, of another vehicle, that has "
+    "expired, or that is not in members.txt"
+)
 
 
 class RunState(NamedTuple):
@@ -55,11 +61,11 @@ def offer(
     )
 
 
-def ask(run: str, connect: Sequence[str], limit_s: float) -> RunState:
+def ask(run: str, connect: Sequence[str], limit_s: float, doors: Doors | None = None) -> RunState:
     """Return the state of the run whose world is at one of the endpoints; raises NoAnswerError."""
     try:
         # A listener accepts the default transport besides the low-latency one.
-        session = open_session([], connect, realtime=True)
+        session = open_session([], connect, realtime=True, doors=doors)
     except zenoh.ZError as error:
         raise NoAnswerError(
             f"{', '.join(connect)}: no endpoint such as tcp/<host>:<port> or unixsock-stream/<path>"
@@ -69,7 +75,8 @@ def ask(run: str, connect: Sequence[str], limit_s: float) -> RunState:
         scenario = _reply(session, scenario_key(run), deadline_ns)
         processes = _reply(session, processes_key(run), deadline_ns)
     if scenario is None or processes is None:
-        raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}")
+        hint = _HINT if any(endpoint.startswith("tls/") for endpoint in connect) else ""
+        raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}{hint}")
     try:
         return _state(scenario, json.loads(processes))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:

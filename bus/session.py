@@ -10,6 +10,8 @@ from typing import Final
 
 import zenoh
 
+from zenvoy.bus.doors import Doors
+
 # The runtime reads this when a process opens its first session. With a single worker, about one
 # process in 15,000 hung while it declared its first subscriber: the worker waited for a lock on the
 # routing tables whose holder waited for the worker (zenoh-c issue 1308). The two links of a vehicle
@@ -32,12 +34,16 @@ _NICENESS: Final = 5  # reduces the scheduler's weight to a third
 
 
 def open_session(
-    listen: Sequence[str], connect: Sequence[str], *, realtime: bool = False
+    listen: Sequence[str],
+    connect: Sequence[str],
+    *,
+    realtime: bool = False,
+    doors: Doors | None = None,
 ) -> zenoh.Session:
     """Open a peer session on explicit endpoints, without scouting or relay.
 
     Lock-step uses the low-latency transport, which blocks if a peer does not read. Real time uses
-    the default transport. Both ends of a link must use the same one.
+    the default transport. Both ends of a link must use the same one. `doors` are for TLS endpoints.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _FEW_WORKERS)
     settings: dict[str, object] = {
@@ -58,8 +64,11 @@ def open_session(
         "transport/unicast/lowlatency": True,
         "transport/shared_memory/enabled": False,
     }
+    settings |= _IN_REAL_TIME if realtime else {}
+    if doors is not None:
+        settings |= doors.settings
     config = zenoh.Config()
-    for key, value in (settings | (_IN_REAL_TIME if realtime else {})).items():
+    for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
 

@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from zenvoy.cli.calibrate_command import calibrate
+from zenvoy.cli.certs_command import certs
 from zenvoy.cli.compare_laws_command import COMPARE_LAWS_COMMANDS
 from zenvoy.cli.convoys_command import convoys
 from zenvoy.cli.import_commands import IMPORT
@@ -70,6 +71,7 @@ for command in (
     *MIXED_COMMANDS,
     *TUNE_COMMANDS,
     calibrate,
+    certs,
     convoys,
 ):
     app.command()(command)

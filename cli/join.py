@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Final
 
 from rich.console import Console
 
 from zenvoy.bus.errors import BusError, NoAnswerError, StalledError, StoppedError
 from zenvoy.cli import exits
+from zenvoy.fleet.certificates import CertificatesError
 from zenvoy.fleet.guests import GuestsError
 from zenvoy.fleet.join import Guest, JoinError, Vacancy, find
 from zenvoy.laws.errors import LawError
@@ -25,6 +27,7 @@ def join(
     limit_s: float,
     console: Console,
     errors: Console,
+    certs: Path | None = None,
     *,
     allow_code: bool = False,
 ) -> int:
@@ -33,8 +36,8 @@ def join(
         errors.print(f"--timeout-s {limit_s:g}: is not in [{_SHORTEST_S}, {_LONGEST_S}]")
         return exits.BAD_INPUT
     try:
-        vacancy = find(vehicle, run, connect, limit_s, allow_code=allow_code)
-    except (JoinError, GuestsError, NoAnswerError) as error:
+        vacancy = find(vehicle, run, connect, limit_s, certs, allow_code=allow_code)
+    except (JoinError, GuestsError, NoAnswerError, CertificatesError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT
     return _drive(vacancy, console, errors)

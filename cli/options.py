@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -72,6 +73,12 @@ AllowCodeOption = Annotated[
     typer.Option(
         "--allow-code", help="Also run laws that are neither beside the scenario nor installed."
     ),
+]
+
+
+CertsOption = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder of certificates for TLS; zenvoy certs makes it."),
 ]
 
 

@@ -14,6 +14,7 @@ import typer
 from zenvoy.cli.options import (
     AllowCodeOption,
     Bus,
+    CertsOption,
     DurationOption,
     EngineName,
     ScenarioArgument,
@@ -68,10 +69,16 @@ def run(
     listen: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="tcp/HOST:PORT",
-            help="Let the world listen here too, and the channel on the next port; repeatable.",
+            metavar="tls/HOST:PORT",
+            help="Let the world listen here too, and the channel on the next port; repeatable. "
+            "tcp/HOST:PORT has no locks.",
         ),
     ] = None,
+    certs: CertsOption = None,
+    insecure: Annotated[
+        bool,
+        typer.Option("--insecure", help="Listen beyond this machine without TLS: anybody may in."),
+    ] = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -99,12 +106,21 @@ def run(
             "--without, --listen and --vehicles-per-process need processes; "
             "allowed: --engine processes"
         )
-    from zenvoy.fleet.guests import GuestsError, guests
+    from zenvoy.fleet.certificates import CertificatesError, doors_of, members_in
+    from zenvoy.fleet.guests import GuestsError, guests, open_to_all
 
+    size = loaded.scenario.fleet.size
     try:
-        others = guests(without or (), listen or (), loaded.scenario.fleet.size)
-    except GuestsError as error:
+        others = guests(without or (), listen or (), size, certs, insecure=insecure)
+        if certs is not None:
+            _ = doors_of(certs, "world"), doors_of(certs, "channel"), members_in(certs)
+    except (GuestsError, CertificatesError) as error:
         refuse(str(error))
+    for endpoint in open_to_all(others.listen):
+        errors.print(
+            f"warning: {endpoint} is open to anybody on the network, who can read all senses and "
+            "command all vehicles"
+        )
     from zenvoy.fleet.choice import EngineError, choose
 
     try:
@@ -132,6 +148,7 @@ def vehicle(
             metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
         ),
     ] = None,
+    certs: CertsOption = None,
     timeout_s: Annotated[
         float, typer.Option(help="Longest wait for an answer of the run, s [0.1 to 86400].")
     ] = 10.0,
@@ -141,7 +158,9 @@ def vehicle(
     from zenvoy.cli.join import join
 
     with interruptible():
-        code = join(vehicle, run, connect or (), timeout_s, console, errors, allow_code=allow_code)
+        code = join(
+            vehicle, run, connect or (), timeout_s, console, errors, certs, allow_code=allow_code
+        )
     os._exit(flush(code))  # an open session would keep the interpreter from exiting
 
 

@@ -1,7 +1,11 @@
-"""Guests: vehicles that a run leaves to other programs, and the endpoints for these."""
+"""Guests: vehicles that a run leaves to other programs, and the endpoints for these.
+
+No endpoint beyond this machine is open without TLS, unless the user insists.
+"""
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import re
 import socket
@@ -17,10 +21,12 @@ from zenvoy.bus.topics import plain_name
 from zenvoy.fleet.process_id import ProcessId
 
 FILE: Final = "connect.json"
+_TLS: Final = "tls/"
 _MAX_BYTES: Final = 65_536
 # Excludes `?` and `#`, which end the address in a Zenoh endpoint.
 _ENDPOINT: Final = re.compile(
-    r"tcp/(\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<host>[\w.-]+)):(?P<port>[0-9]{1,5})", re.ASCII
+    r"(?P<protocol>tcp|tls)/(\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<host>[\w.-]+)):(?P<port>[0-9]{1,5})",
+    re.ASCII,
 )
 Endpoint = Annotated[str, StringConstraints(min_length=1, max_length=1_000)]
 
@@ -31,13 +37,15 @@ class GuestsError(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guests:
-    """The vehicles that a run starts without, and TCP endpoints besides the Unix sockets.
+    """The vehicles that a run starts without, and endpoints besides the Unix sockets.
 
-    The world listens at each `tcp/<host>:<port>` of `listen`, the channel on the next port.
+    The world listens at each `tls/<host>:<port>` or `tcp/<host>:<port>` of `listen`, the channel on
+    the next port. `certs` is the folder of the certificates for TLS.
     """
 
     without: frozenset[int] = frozenset()
     listen: tuple[str, ...] = ()
+    certs: Path | None = None
 
 
 NO_GUESTS: Final = Guests()
@@ -65,23 +73,42 @@ class RunEndpoints:
         return self.world[0], self.channel[0]
 
 
-def guests(without: Sequence[int], listen: Sequence[str], size: int) -> Guests:
-    """Return the guests of a fleet of `size`; raises GuestsError for a bad vehicle or endpoint."""
+def guests(
+    without: Sequence[int],
+    listen: Sequence[str],
+    size: int,
+    certs: Path | None = None,
+    *,
+    insecure: bool = False,
+) -> Guests:
+    """Return the guests of a fleet of `size`; raises GuestsError for a bad vehicle or endpoint.
+
+    An endpoint beyond this machine needs TLS, whose certificates are in `certs`, or `insecure`.
+    """
     for vehicle in without:
         if not 1 <= vehicle <= size:
             raise GuestsError(
                 f"--without {vehicle}: is not in [1, {size}], the vehicles of fleet.size ({size})"
             )
+    for endpoint in listen:
+        _require_lock(endpoint, certs, insecure)
+    if certs is not None and not any(endpoint.startswith(_TLS) for endpoint in listen):
+        raise GuestsError(f"--certs {certs}: needs an endpoint with TLS, as --listen tls/HOST:PORT")
     with ExitStack() as held:  # hold all ports at once, so that none is taken twice
         for endpoint in listen:
-            host, port = _address(endpoint)
+            _, host, port = _address(endpoint)
             for number in (port, port + 1):
                 try:
                     held.enter_context(socket.create_server((host, number), family=_family(host)))
                 except OSError as error:
                     why = error.strerror or str(error)
                     raise GuestsError(f"--listen {endpoint}: port {number}: {why}") from error
-    return Guests(without=frozenset(without), listen=tuple(listen))
+    return Guests(without=frozenset(without), listen=tuple(listen), certs=certs)
+
+
+def open_to_all(listen: Sequence[str]) -> list[str]:
+    """Return the endpoints beyond this machine to which any program can connect."""
+    return [one for one in listen if not one.startswith(_TLS) and not _is_here(_address(one)[1])]
 
 
 def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints:
@@ -93,7 +120,7 @@ def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints
         world=(f"unixsock-stream/{sockets / 'world'}", *listen),
         channel=(
             f"unixsock-stream/{sockets / 'channel'}",
-            *(f"tcp/{_bracketed(host)}:{port + 1}" for host, port in addresses),
+            *(f"{protocol}/{_bracketed(host)}:{port + 1}" for protocol, host, port in addresses),
         ),
     )
 
@@ -119,15 +146,37 @@ def read_endpoints(folder: Path) -> RunEndpoints:
     return endpoints
 
 
-def _address(endpoint: str) -> tuple[str, int]:
-    """Return the host and port of a TCP endpoint; raises GuestsError."""
+def _require_lock(endpoint: str, certs: Path | None, insecure: bool) -> None:
+    """Raise GuestsError for an endpoint that anybody on the network could use unasked."""
+    protocol, host, _ = _address(endpoint)
+    if protocol == "tls" and certs is None:
+        raise GuestsError(
+            f"--listen {endpoint}: needs --certs DIR, a folder that zenvoy certs makes"
+        )
+    if protocol == "tcp" and not insecure and not _is_here(host):
+        raise GuestsError(
+            f"--listen {endpoint}: lets anybody on the network in; allowed: tls/{_bracketed(host)} "
+            "with --certs DIR, tcp/127.0.0.1, or --insecure"
+        )
+
+
+def _is_here(host: str) -> bool:
+    """Return whether only this machine reaches that host."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _address(endpoint: str) -> tuple[str, str, int]:
+    """Return the protocol, host and port of a TCP or TLS endpoint; raises GuestsError."""
     found = _ENDPOINT.fullmatch(endpoint)
     if found is None or not 1 <= int(found["port"]) < 65_535:
         raise GuestsError(
-            f"--listen {endpoint}: is not tcp/<host>:<port> with a port in [1, 65534]; "
-            "an IPv6 address stands in brackets"
+            f"--listen {endpoint}: is not tls/<host>:<port> or tcp/<host>:<port> with a port in "
+            "[1, 65534]; an IPv6 address stands in brackets"
         )
-    return found["six"] or found["host"], int(found["port"])
+    return found["protocol"], found["six"] or found["host"], int(found["port"])
 
 
 def _bracketed(host: str) -> str:

@@ -13,9 +13,11 @@ from pydantic import ValidationError
 from setproctitle import setproctitle
 
 from zenvoy.bus.connection import Wiring
+from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, StoppedError
 from zenvoy.bus.joining import ask, at_end
 from zenvoy.bus.topics import plain_name, vehicle_name
+from zenvoy.fleet.certificates import doors_of
 from zenvoy.fleet.guests import read_endpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.requests import requests_to_end
@@ -38,6 +40,7 @@ class Vacancy:
     run: str
     connect: tuple[str, ...]
     scenario: Scenario
+    doors: Doors | None = None
 
     @property
     def name(self) -> str:
@@ -46,17 +49,25 @@ class Vacancy:
 
 
 def find(
-    vehicle: int, run: str, connect: Sequence[str], limit_s: float, *, allow_code: bool = False
+    vehicle: int,
+    run: str,
+    connect: Sequence[str],
+    limit_s: float,
+    certs: Path | None = None,
+    *,
+    allow_code: bool = False,
 ) -> Vacancy:
     """Ask a run for its scenario, and check that a vehicle is missing in it.
 
-    `run` is the folder of the run, or its name if `connect` gives its endpoints. Raises JoinError,
-    GuestsError, or NoAnswerError if nobody answers within `limit_s`.
+    `run` is the folder of the run, or its name if `connect` gives its endpoints. `certs` is a
+    folder with the certificate of the vehicle. Raises JoinError, GuestsError, CertificatesError, or
+    NoAnswerError if nobody answers within `limit_s`.
     """
     run, endpoints = _name_and_endpoints(run, connect)
-    scenario = _scenario(vehicle, run, endpoints, limit_s)
+    doors = None if certs is None else doors_of(certs, f"vehicle-{vehicle}")
+    scenario = _scenario(vehicle, run, endpoints, limit_s, doors)
     _load_code(scenario, allow_code)
-    return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario)
+    return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario, doors=doors)
 
 
 def _name_and_endpoints(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
@@ -69,10 +80,12 @@ def _name_and_endpoints(run: str, connect: Sequence[str]) -> tuple[str, tuple[st
     return endpoints.run, endpoints.connect
 
 
-def _scenario(vehicle: int, run: str, connect: Sequence[str], limit_s: float) -> Scenario:
+def _scenario(
+    vehicle: int, run: str, connect: Sequence[str], limit_s: float, doors: Doors | None
+) -> Scenario:
     """Return the scenario of the run; raises JoinError if the vehicle cannot join it."""
     try:
-        state = ask(run, connect, limit_s)
+        state = ask(run, connect, limit_s, doors)
     except NoAnswerError as error:
         raise JoinError(f"--run {run}: {error}") from error
     try:
@@ -129,6 +142,7 @@ class Guest:
             vehicles=range(1, scenario.fleet.size + 1),
             connect=vacancy.connect,
             stall_limit_s=scenario.stall_limit_s,
+            doors=vacancy.doors,
         )
 
         def begin(session: zenoh.Session) -> None:

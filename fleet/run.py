@@ -109,6 +109,7 @@ def _run_on_processes(
             endpoints,
             guests.without,
             per_process,
+            guests.certs,
         )
         endpoints.write(folder)
         supervisor = Supervisor(table, folder / LOGS, scenario.stall_limit_s)

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.access import SERVERS, access_control
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
+from zenvoy.fleet.certificates import doors_of, members_in
 from zenvoy.fleet.guests import RunEndpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.sockets import make_private
@@ -42,10 +44,12 @@ def process_table(
     endpoints: RunEndpoints,
     without: frozenset[int] = frozenset(),
     per_process: int = 1,
+    certs: Path | None = None,
 ) -> list[Program]:
     """Return the programs of a run in the order of their start, except vehicles in `without`.
 
-    In lock-step the run waits for those vehicles; in real time they may join at any time.
+    In lock-step the run waits for those vehicles; in real time they may join at any time. `certs`
+    is the folder of the certificates, if there is an endpoint with TLS.
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
@@ -59,6 +63,12 @@ def process_table(
         model not in builtin() for model in modes(scenario)
     )
     patience = _CODE_PATIENCE if has_own_code else 1.0
+    access: dict[str, object] = {}
+    if certs is not None:
+        protocols = dict.fromkeys(one.partition("/")[0] for one in endpoints.world)
+        trusted = [one for one in protocols if one != "tls"]
+        access = access_control(labels.run, size, shared, members_in(certs), trusted)
+    doors = {name: doors_of(certs, name).guarded(access) for name in SERVERS} if certs else {}
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
@@ -67,6 +77,7 @@ def process_table(
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
         shared_processes=shared,
+        doors=doors.get("world"),
     )
     channel_wiring = Wiring(
         run=labels.run,
@@ -77,6 +88,7 @@ def process_table(
         stall_limit_s=scenario.stall_limit_s * patience,
         absent=absent,
         shared_processes=shared,
+        doors=doors.get("channel"),
     )
     wiring = Wiring(
         run=labels.run, vehicles=vehicles, connect=endpoints.connect, shared_processes=shared

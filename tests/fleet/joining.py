@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -67,3 +68,16 @@ def commanded(folder: Path, vehicle: int) -> list[pb.RealTime]:
     log = read_log(folder / "out" / "run.mcap")
     rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
     return [row for row in rows if row.commanded_ns[vehicle - 1] >= 0]
+
+
+def free_ports() -> tuple[int, int]:
+    """Return two successive ports on which nobody listens."""
+    for port in range(7447, 7647, 2):
+        with socket.socket() as first, socket.socket() as second:
+            try:
+                first.bind(("127.0.0.1", port))
+                second.bind(("127.0.0.1", port + 1))
+            except OSError:
+                continue
+        return port, port + 1
+    raise AssertionError("no free ports")

@@ -35,13 +35,30 @@ def test_in_lock_step_a_vehicle_that_does_not_join_is_named(tmp_path: Path) -> N
         ),
         (
             ("--listen", "127.0.0.1:7447"),
-            "--listen 127.0.0.1:7447: is not tcp/<host>:<port> with a port in [1, 65534]; "
-            "an IPv6 address stands in brackets",
+            "--listen 127.0.0.1:7447: is not tls/<host>:<port> or tcp/<host>:<port> with a "
+            "port in [1, 65534]; an IPv6 address stands in brackets",
         ),
         (
             ("--listen", "tcp/127.0.0.1:65535"),
-            "--listen tcp/127.0.0.1:65535: is not tcp/<host>:<port> with a port in [1, 65534]; "
-            "an IPv6 address stands in brackets",
+            "--listen tcp/127.0.0.1:65535: is not tls/<host>:<port> or tcp/<host>:<port> with a "
+            "port in [1, 65534]; an IPv6 address stands in brackets",
+        ),
+        (
+            ("--listen", "tcp/0.0.0.0:7447"),
+            "--listen tcp/0.0.0.0:7447: lets anybody on the network in; allowed: tls/0.0.0.0 with "
+            "--certs DIR, tcp/127.0.0.1, or --insecure",
+        ),
+        (
+            ("--listen", "tls/0.0.0.0:7447"),
+            "--listen tls/0.0.0.0:7447: needs --certs DIR, a folder that zenvoy certs makes",
+        ),
+        (
+            ("--certs", "keys"),
+            "--certs keys: needs an endpoint with TLS, as --listen tls/HOST:PORT",
+        ),
+        (
+            ("--listen", "tls/0.0.0.0:7447", "--certs", "none"),
+            "--certs none: has no authority.pem; zenvoy certs makes it",
         ),
     ],
 )

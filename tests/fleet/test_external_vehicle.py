@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,7 +15,15 @@ import pytest
 
 from tests.as_child import as_child
 from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
-from tests.fleet.joining import STEPPED, commanded, has_happened, joining, meeting, running
+from tests.fleet.joining import (
+    STEPPED,
+    commanded,
+    free_ports,
+    has_happened,
+    joining,
+    meeting,
+    running,
+)
 from zenvoy.bus import messages_pb2 as pb
 
 ROOT = Path(__file__).parents[2]
@@ -154,11 +161,11 @@ def test_a_vehicle_that_has_joined_ends_with_the_run(tmp_path: Path) -> None:
 
 
 def test_in_lock_step_the_run_waits_for_a_guest_and_writes_the_same_log(
-    tmp_path: Path, free_ports: tuple[int, int]
+    tmp_path: Path,
 ) -> None:
     (tmp_path / "s.yaml").write_text(STEPPED)
     assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0
-    here = tuple(f"tcp/127.0.0.1:{port}" for port in free_ports)
+    here = tuple(f"tcp/127.0.0.1:{port}" for port in free_ports())
     patient = ("--set", f"stall_limit_s={LIMIT_S}")
     guests = ("--without", "2", "--without", "4", "--listen", here[0])
     with command(tmp_path, "run", "s.yaml", "--out", "out", *guests, *patient) as started:
@@ -176,17 +183,3 @@ def test_in_lock_step_the_run_waits_for_a_guest_and_writes_the_same_log(
     assert "without vehicle 2; to join it: zenvoy vehicle --id 2 --run out\n" in outcome.out
     logs = [read_log(tmp_path / name / "run.mcap") for name in ("alone", "out")]
     assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
-
-
-@pytest.fixture
-def free_ports() -> tuple[int, int]:
-    """Return two successive ports on which nobody listens."""
-    for port in range(7447, 7647, 2):
-        with socket.socket() as first, socket.socket() as second:
-            try:
-                first.bind(("127.0.0.1", port))
-                second.bind(("127.0.0.1", port + 1))
-            except OSError:
-                continue
-        return port, port + 1
-    pytest.fail("no free ports")

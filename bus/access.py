@@ -1,0 +1,171 @@
+"""Who may do what on the keys of a run: Zenoh's access control, built from the table of topics.
+
+The rules hold for any session that others connect to: the world's, the channel's, or a router's.
+From its point of view a member sends (ingress) and is sent (egress).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from zenvoy.bus.topics import (
+    TOPICS,
+    Topic,
+    alive_key,
+    processes_key,
+    scenario_key,
+    vehicle_name,
+)
+from zenvoy.bus.vehicle_processes import VehicleProcess
+
+OBSERVER: Final = "observer"
+"""The role of a program that only looks on, such as a recorder."""
+
+SERVERS: Final = ("world", "channel")
+"""The roles to which others connect."""
+
+_NAME: Final = re.compile(
+    r"(?P<name>world|channel|observer|vehicle-(?P<one>[1-9][0-9]{0,6})"
+    r"|vehicles-(?P<first>[1-9][0-9]{0,6})-(?P<last>[1-9][0-9]{0,6}))\.(?P<number>[0-9a-f]{8})",
+    re.ASCII,
+)
+_ALL: Final = (
+    "put",
+    "delete",
+    "declare_subscriber",
+    "query",
+    "reply",
+    "declare_queryable",
+    "liveliness_token",
+    "liveliness_query",
+    "declare_liveliness_subscriber",
+)
+
+Rule = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """One that may enter: the common name of its certificate, its role and its vehicles.
+
+    The common name ends with a number of its own, so that a certificate that replaces another has
+    another name, and the earlier one stays revoked.
+    """
+
+    common_name: str
+    role: str
+    vehicles: tuple[int, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The name without the number of the certificate, which its files also have."""
+        return self.common_name.rpartition(".")[0]
+
+
+def member_of(common_name: str) -> Member:
+    """Return the member with a certificate of this common name; raises ValueError for others."""
+    found = _NAME.fullmatch(common_name)
+    if found is None:
+        raise ValueError(
+            f"{common_name[:80]!r} is not the name of a certificate; allowed: world, channel, "
+            "observer, vehicle-N and vehicles-N-M, each with a point and 8 hexadecimal digits"
+        )
+    if found["one"]:
+        return Member(common_name=common_name, role="vehicle", vehicles=(int(found["one"]),))
+    if found["first"]:
+        vehicles = tuple(range(int(found["first"]), int(found["last"]) + 1))
+        return Member(common_name=common_name, role="vehicle", vehicles=vehicles)
+    return Member(common_name=common_name, role=found["name"])
+
+
+def access_control(
+    run: str,
+    size: int,
+    shared: Sequence[VehicleProcess],
+    members: Iterable[Member],
+    trusted: Sequence[str],
+) -> dict[str, object]:
+    """Return Zenoh's settings for access control in a run with a fleet of `size`.
+
+    `shared` are the processes with several vehicles. `trusted` are the protocols of links that may
+    carry anything, such as the Unix sockets of this machine. Whoever is neither a member nor on
+    such a link may do nothing.
+    """
+    rules: list[Rule] = [_rule("trusted", _ALL, ("ingress", "egress"), ["**"])]
+    subjects: list[Rule] = [{"id": "trusted", "link_protocols": list(trusted)}]
+    policies: list[Rule] = [{"rules": ["trusted"], "subjects": ["trusted"]}]
+    for member in members:
+        own = list(_rules(member, run, size, shared))
+        if own:
+            name = member.common_name
+            rules += own
+            subjects.append({"id": name, "cert_common_names": [name]})
+            policies.append({"rules": [rule["id"] for rule in own], "subjects": [name]})
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]) -> Iterator[Rule]:
+    """Yield the rules of a member; those without keys are left out, since Zenoh refuses them."""
+    vehicles = [vehicle for vehicle in member.vehicles if vehicle <= size]
+    processes = [process.name for process in shared if {*process.vehicles} <= {*vehicles}]
+    is_vehicle, is_world = member.role == "vehicle", member.role == "world"
+    if is_vehicle and not vehicles:
+        return
+    writes = [topic for topic in TOPICS if topic.writer == member.role and topic.pattern]
+    reads = [topic for topic in TOPICS if topic.reader in (member.role, None) and topic.pattern]
+
+    def keys(topics: Iterable[Topic[Any]]) -> list[str]:
+        found: list[str] = []
+        for topic in topics:
+            if not (is_vehicle and topic.per_vehicle):
+                found.append(topic.keys(run))
+                continue
+            found += [topic.key(run, vehicle) for vehicle in vehicles]
+            found += [topic.shared_key(run, process) for process in processes]
+        return found
+
+    names = [*(vehicle_name(vehicle, size) for vehicle in vehicles), *processes]
+    tokens = [alive_key(run, name) for name in (names if is_vehicle else [member.role])]
+    everyone, world = [alive_key(run)], [alive_key(run, "world")]
+    sees = everyone if member.role in SERVERS else world
+    state = [scenario_key(run), processes_key(run)]
+    asks, answers = (state, []) if is_vehicle else ([], state if is_world else [])
+    readers = [topic.keys(run) for topic in writes]
+    granted = (
+        ("put", "ingress", keys(writes)),
+        ("put", "egress", keys(reads)),
+        ("declare_subscriber", "ingress", keys(reads)),
+        ("declare_subscriber", "egress", dict.fromkeys([*keys(writes), *readers])),
+        ("liveliness_token", "ingress", tokens if member.role != OBSERVER else []),
+        ("liveliness_token", "egress", sees),
+        ("declare_liveliness_subscriber", "ingress", sees),
+        ("declare_liveliness_subscriber", "egress", dict.fromkeys([*everyone, *world])),
+        ("query", "ingress", asks),
+        ("reply", "egress", asks),
+        ("declare_queryable", "egress", asks),
+        ("query", "egress", answers),
+        ("reply", "ingress", answers),
+        ("declare_queryable", "ingress", answers),
+    )
+    for message, flow, allowed in granted:
+        if allowed:
+            yield _rule(f"{member.common_name} {message} {flow}", [message], [flow], [*allowed])
+
+
+def _rule(name: str, messages: Sequence[str], flows: Sequence[str], keys: Sequence[str]) -> Rule:
+    return {
+        "id": name,
+        "messages": list(messages),
+        "flows": list(flows),
+        "permission": "allow",
+        "key_exprs": list(keys),
+    }

@@ -1,0 +1,41 @@
+"""Vehicles of other machines enter a run with a certificate over TLS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
+from tests.fleet.joining import STEPPED, free_ports, joining, meeting
+
+
+def test_a_guest_over_tls_writes_the_same_log(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(STEPPED)
+    assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0
+    assert zenvoy(tmp_path, "certs", "keys", "--vehicles", "4").code == 0
+    here = tuple(f"tls/127.0.0.1:{port}" for port in free_ports())
+    patient = ("--set", f"stall_limit_s={LIMIT_S}")
+    locked = ("--without", "2", "--listen", here[0], "--certs", "keys")
+    with command(tmp_path, "run", "s.yaml", "--out", "out", *locked, *patient) as started:
+        wait_until((tmp_path / "out" / "connect.json").exists, "it says where to connect to")
+        name = meeting(tmp_path)["run"]
+        over_tls = ("--run", name, "--connect", here[0], "--connect", here[1])
+        certs = ("--certs", str(tmp_path / "keys"))
+        with joining(tmp_path, "--id", "2", *over_tls, *certs) as far:
+            outcome = started.wait()
+            assert (outcome.code, outcome.err) == (0, "")
+            assert far.wait().code == 0
+    logs = [read_log(tmp_path / name / "run.mcap") for name in ("alone", "out")]
+    assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
+    for role in ("world", "channel"):
+        assert (tmp_path / "out" / "logs" / f"{role}.log").read_text() == ""  # nobody was refused
+
+
+def test_an_open_port_beyond_this_machine_needs_consent_and_is_warned_of(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(STEPPED)
+    everywhere = f"tcp/0.0.0.0:{free_ports()[0]}"
+    outcome = zenvoy(tmp_path, "run", "s.yaml", "--out", "o", "--listen", everywhere, "--insecure")
+    assert outcome.code == 0
+    assert outcome.err == (
+        f"warning: {everywhere} is open to anybody on the network, who can read all senses and "
+        "command all vehicles\n"
+    )
