@@ -147,6 +147,10 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     """real time: a process that was lost, or absent at the start, is there"""
     EVENT_TARGET: _EventKind.ValueType  # 14
     """the schedule changes desired gap, desired speed or gains"""
+    EVENT_FAULT: _EventKind.ValueType  # 15
+    """a fault of the scenario begins; one event per vehicle"""
+    EVENT_FAULT_END: _EventKind.ValueType  # 16
+    """the fault with the same text ends"""
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -171,6 +175,10 @@ EVENT_PROCESS_BACK: EventKind.ValueType  # 13
 """real time: a process that was lost, or absent at the start, is there"""
 EVENT_TARGET: EventKind.ValueType  # 14
 """the schedule changes desired gap, desired speed or gains"""
+EVENT_FAULT: EventKind.ValueType  # 15
+"""a fault of the scenario begins; one event per vehicle"""
+EVENT_FAULT_END: EventKind.ValueType  # 16
+"""the fault with the same text ends"""
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final

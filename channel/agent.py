@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,18 +13,13 @@ from zenvoy.bus.checks import fault_in_beacon, fault_in_positions
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
 from zenvoy.channel.delivery import Air
+from zenvoy.channel.faulty_transmitters import FaultyTransmitters
+from zenvoy.channel.sent import Sent
 from zenvoy.channel.transmission import Transmission, Transmitted
 from zenvoy.links.sent_frames import Scene
 from zenvoy.scenarios import Scenario
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
-
-
-class Sent(NamedTuple):
-    """A beacon and its bytes as received, which go to the receivers unchanged."""
-
-    beacon: pb.Beacon
-    payload: bytes
 
 
 class Channel:
@@ -38,6 +33,7 @@ class Channel:
         self._size = scenario.fleet.size
         self._period_ns = scenario.period_ns
         self._ring_length_m = scenario.ring_length_m
+        self._transmitters = FaultyTransmitters(scenario)
         self._transmission = Transmission(scenario)
         self.air = Air(self._size)
 
@@ -63,7 +59,8 @@ class Channel:
         beacons: those of one cycle that have arrived, by vehicle. A vehicle whose beacon is
         missing, or says that it is silent, sends nothing.
         """
-        on_air = {vehicle: sent for vehicle, sent in beacons.items() if not sent.beacon.silent}
+        speaking = {vehicle: sent for vehicle, sent in beacons.items() if not sent.beacon.silent}
+        on_air = self._transmitters.sent(speaking, positions.time_ns)
         senders = [vehicle - 1 for vehicle in on_air]
         speaks = np.zeros(self._size, dtype=np.bool_)
         speaks[senders] = True

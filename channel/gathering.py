@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from zenvoy.channel.agent import Sent
+from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario
 
 # All times are ns of wall time.

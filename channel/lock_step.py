@@ -6,7 +6,8 @@ from typing import Any
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
-from zenvoy.channel.agent import Channel, Sent
+from zenvoy.channel.agent import Channel
+from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario
 
 

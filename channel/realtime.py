@@ -9,8 +9,9 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.realtime import Post
 from zenvoy.bus.refusals import STALE
 from zenvoy.bus.topics import POSITIONS, Topic
-from zenvoy.channel.agent import Channel, Sent
+from zenvoy.channel.agent import Channel
 from zenvoy.channel.gathering import Gathering
+from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario
 
 _WINDOW_NS: Final = 1_000_000  # of wall time: frames due within it share one message

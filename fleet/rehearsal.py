@@ -33,7 +33,9 @@ def rehearse(scenario: Scenario) -> None:
         "control": control,
         "estimator": estimator if estimator.kind in ESTIMATORS.taken() else Estimator(),
         "fleet": scenario.fleet.model_copy(update=few),
+        "channel": scenario.channel.model_copy(update={"rules": (), "outages": ()}),
         "events": (),
+        "faults": (),
         "duration_s": 64 * scenario.period_ns * 1e-9,
     }
     InProcessBus(agents_of(scenario.model_copy(update=changes)), lambda *_: None).run()

@@ -49,6 +49,7 @@ class Purpose(IntEnum):
     LAW = 29
     STUDY_AXIS = 30
     SEARCH = 31
+    FAULT = 32
 
 
 def numbered(purpose: int, number: int) -> int:

@@ -31,6 +31,21 @@ from zenvoy.scenarios.schema.control_laws import modes, name_of, parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
+from zenvoy.scenarios.schema.fault import NEVER_NS, Fault, reading_of
+from zenvoy.scenarios.schema.faults import ActuatorStuck, faults_of
+from zenvoy.scenarios.schema.faults_of_sensors import (
+    READINGS,
+    SensorBiased,
+    SensorBlind,
+    SensorDrifting,
+    SensorFrozen,
+    SensorJumping,
+)
+from zenvoy.scenarios.schema.faults_of_transmitters import (
+    TransmitterLying,
+    TransmitterRepeating,
+    TransmitterSilent,
+)
 from zenvoy.scenarios.schema.fleet import Fleet, Gains, Group, Vehicle
 from zenvoy.scenarios.schema.inputs import Model
 from zenvoy.scenarios.schema.own_laws import own_laws, setpoint_at
@@ -42,13 +57,17 @@ from zenvoy.scenarios.schema.technology import Technology
 from zenvoy.scenarios.schema.trace_options import READERS as TRACE_OPTIONS
 
 __all__ = [
+    "NEVER_NS",
+    "READINGS",
     "TRACE_OPTIONS",
+    "ActuatorStuck",
     "Beacons",
     "Brake",
     "Channel",
     "Control",
     "Course",
     "Estimator",
+    "Fault",
     "Fleet",
     "FourState",
     "GainChanges",
@@ -76,6 +95,11 @@ __all__ = [
     "ScenarioError",
     "Scope",
     "SenderOffset",
+    "SensorBiased",
+    "SensorBlind",
+    "SensorDrifting",
+    "SensorFrozen",
+    "SensorJumping",
     "Sensors",
     "Settings",
     "Sine",
@@ -83,12 +107,16 @@ __all__ = [
     "Targets",
     "Technology",
     "Trace",
+    "TransmitterLying",
+    "TransmitterRepeating",
+    "TransmitterSilent",
     "UnknownScenarioError",
     "UnreadableScenarioError",
     "Vehicle",
     "builtin",
     "effective_json",
     "effective_yaml",
+    "faults_of",
     "group_members",
     "load",
     "members",
@@ -97,6 +125,7 @@ __all__ = [
     "own_laws",
     "parameters_of",
     "read_trace",
+    "reading_of",
     "roster",
     "setpoint_at",
     "technologies",

@@ -21,6 +21,7 @@ from zenvoy.scenarios import Scenario, modes, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import Decided, command_row, estimate_row, radar_row, truth_row
+from zenvoy.world.sensor_faults import SensorFaults
 from zenvoy.world.sensors import Readings, SensorSet
 
 Floats = NDArray[np.float64]
@@ -56,6 +57,7 @@ class World:
         self._stops_on_collision = scenario.on_collision == "stop"
         self._fleet = Fleet(scenario)
         self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
+        self._sensor_faults = SensorFaults(scenario)
         self._chronicle = Chronicle(scenario)
         self._counts_neighbours = any(
             law_of(model).needs.sides for one in roster(scenario) for model in one.models
@@ -104,8 +106,9 @@ class World:
         if self.stopped or cycle == self._cycles:
             return Begun([], [truth], collided)
         readings = self._sensors.read(cycle, fleet.gaps, fleet.position, fleet.speed)
-        radar = radar_row(cycle, now_ns, readings, acceleration)
-        senses = self._senses(cycle, now_ns, readings, wall_start_ns)
+        readings, felt = self._sensor_faults.read(readings, acceleration, cycle, now_ns)
+        radar = radar_row(cycle, now_ns, readings, felt)
+        senses = self._senses(cycle, now_ns, readings, felt, wall_start_ns)
         messages = [*senses, self._positions(cycle, now_ns, wall_start_ns)]
         return Begun(messages, [truth, radar], collided)
 
@@ -136,9 +139,9 @@ class World:
         return cycle * self._period_ns + self._wait_ns
 
     def _senses(
-        self, cycle: int, now_ns: int, readings: Readings, wall_start_ns: int
+        self, cycle: int, now_ns: int, readings: Readings, felt: Floats, wall_start_ns: int
     ) -> list[Envelope]:
-        """Return the readings of each vehicle."""
+        """Return the readings of each vehicle; felt: those of its own acceleration, m/s²."""
         start = _WALL_START + wall_start_ns.to_bytes(8, "little") if wall_start_ns else b""
         rows = zip(
             self._vehicles,
@@ -146,7 +149,7 @@ class World:
             readings.relative_speed.tolist(),
             readings.position.tolist(),
             readings.speed.tolist(),
-            self._fleet.mean_acceleration.tolist(),
+            felt.tolist(),
             strict=True,
         )
         senses = []

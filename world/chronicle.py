@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
-from zenvoy.scenarios import Scenario, Sine, Switch, Trace, name_of
+from zenvoy.scenarios import NEVER_NS, Fault, Scenario, Sine, Switch, Trace, faults_of, name_of
 
 _TARGETS: Final = {
     "desired_gap_m": "desired gap {:g} m",
@@ -85,7 +85,21 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
     for profile in scenario.profiles:
         span, text = (profile.start_ns, profile.end_ns), _in_words(profile)
         events += _spell(profile.vehicle, span, pb.EVENT_TRACE, pb.EVENT_TRACE_END, text)
-    return events
+    return [*events, *_faults(scenario)]
+
+
+def _faults(scenario: Scenario) -> Iterator[pb.Event]:
+    """Yield begin and end of each fault, once per vehicle; both ends have its text."""
+    for _, fault, vehicles in faults_of(scenario, Fault):
+        for vehicle in vehicles:
+            begin = pb.Event(
+                time_ns=fault.start_ns, kind=pb.EVENT_FAULT, vehicle=vehicle, text=fault.words
+            )
+            yield begin
+            if fault.end_ns != NEVER_NS:
+                end = pb.Event(time_ns=fault.end_ns, kind=pb.EVENT_FAULT_END)
+                end.vehicle, end.text = begin.vehicle, begin.text
+                yield end
 
 
 def _targets(switch: Switch) -> str:

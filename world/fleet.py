@@ -14,6 +14,7 @@ from zenvoy.world.contacts import Contacts
 from zenvoy.world.dynamics import acting, advance
 from zenvoy.world.events import Overrides
 from zenvoy.world.road import Road
+from zenvoy.world.stuck import StuckActuators
 
 Floats = NDArray[np.float64]
 
@@ -42,16 +43,27 @@ class Fleet:
         lag_s = np.array([one.lag_s for one in settings]).reshape(shape)
         self._actuators = Actuators(lag_s) if lag_s.any() else None
         self._overrides = Overrides(scenario)
+        self._stuck = StuckActuators(scenario)
         self._commanded: Floats = np.zeros(shape)
         self._coming: dict[int, list[tuple[int | slice, Floats | float]]] = {}
 
     @property
     def acceleration(self) -> Floats:
         """The accelerations that act at `time_ns`, m/s²."""
-        a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        a = self._asked()
         if self._actuators is not None:
             a = np.where(self._lags(), self._actuators.acceleration, a)
         return acting(self.speed, a)
+
+    def _asked(self) -> Floats:
+        """Return the accelerations that actuators are asked for at `time_ns`, or stuck at, m/s²."""
+        a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        if not self._stuck.ruled(self.time_ns):
+            return a
+        given = a
+        if self._actuators is not None:
+            given = np.where(self._lags_if_free(), self._actuators.acceleration, a)
+        return self._stuck.applied(self.time_ns, a, given)
 
     def command(self, commands: Iterable[pb.Command]) -> None:
         """Take in commands; each takes effect at its time, or at once if that has passed."""
@@ -86,7 +98,7 @@ class Fleet:
 
     def _move(self, dt_s: float) -> None:
         """Move for dt_s, during which no command changes."""
-        a = self._overrides.applied(self.time_ns, self._commanded, self.speed)
+        a = self._asked()
         position, speed = advance(self.position, self.speed, acting(self.speed, a), dt_s)
         if self._actuators is not None:
             moved, after = self._actuators.advance(self.position, self.speed, a, dt_s)
@@ -99,7 +111,13 @@ class Fleet:
         self.position, self.speed = position, speed
 
     def _lags(self) -> NDArray[np.bool_]:
-        """Return which accelerations lag now: events act without lag."""
+        """Return which accelerations lag now: events act without lag, and what is stuck does."""
+        lags = self._lags_if_free()
+        lags[..., self._stuck.ruled(self.time_ns)] = False
+        return lags
+
+    def _lags_if_free(self) -> NDArray[np.bool_]:
+        """Return which accelerations would lag now if no actuator were stuck."""
         assert self._actuators is not None
         lags = self._actuators.lagging.copy()
         lags[..., self._overrides.ruled(self.time_ns)] = False
@@ -109,6 +127,7 @@ class Fleet:
         """Return the instants before `time_ns` at which an acceleration changes, then `time_ns`."""
         self._apply()
         changes = self._overrides.changes(self.time_ns, time_ns)
+        changes |= self._stuck.changes(self.time_ns, time_ns)
         changes.update(t for t in self._coming if t < time_ns)
         return [*sorted(changes), time_ns]
 

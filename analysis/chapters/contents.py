@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from zenvoy.analysis.chapters.estimation import estimation_section
+from zenvoy.analysis.chapters.faults import faults_section
 from zenvoy.analysis.chapters.manoeuvres import manoeuvres_section
 from zenvoy.analysis.chapters.motion import motion_section
 from zenvoy.analysis.chapters.punctuality import punctuality_section
@@ -26,5 +27,5 @@ def chapters(run: Run) -> tuple[Section, ...]:
     """Return every chapter for a run that has motion to show; raises LogError."""
     live = (punctuality_section,) if run.scenario.clock == "realtime" else ()
     motion, *others = (chapter(run) for chapter in (*CHAPTERS, *live))
-    manoeuvres = manoeuvres_section(run)
-    return (motion, *(() if manoeuvres is None else (manoeuvres,)), *others)
+    sometimes = (manoeuvres_section(run), faults_section(run))
+    return (motion, *(section for section in sometimes if section is not None), *others)

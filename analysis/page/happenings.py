@@ -7,13 +7,14 @@ from collections.abc import Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
 from zenvoy.analysis.log.load import Run
+from zenvoy.analysis.measures.faults import FaultSpan, fault_spans, numbers
 from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
 from zenvoy.analysis.measures.spans import Disturbance, disturbances
 from zenvoy.analysis.page.section import Sheet
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Outage, Rule, Scenario
 
-Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "incident"]
+Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "fault", "incident"]
 
 _INCIDENTS: Final = {
     pb.EVENT_COLLISION: "collides with the vehicle ahead",
@@ -47,6 +48,7 @@ def happenings(run: Run) -> list[Happening]:
     found += [Happening("switch", at_s, at_s, text) for at_s, text in switches(run.events)]
     found += manoeuvres(run.scenario, last_s)
     found += impairments(run.scenario, last_s)
+    found += [_fault(fault) for fault in fault_spans(run.events)]
     found += _incidents(run.events)
     return sorted(found, key=lambda happening: happening.start_s)
 
@@ -109,14 +111,19 @@ def timeline(run: Run) -> Sheet | None:
             )
             for happening in found
         ),
-        note="Pictures over time shade brakes, traces, outages and rules, and show switches as "
-        "dashed lines. They do not shade what lasts for the whole run.",
+        note="Pictures over time shade brakes, traces, outages, rules and faults, and show "
+        "switches as dashed lines. They do not shade what lasts for the whole run.",
     )
 
 
 def _disturbance(of: Disturbance) -> Happening:
     verb = "brakes with" if of.kind == "brake" else "follows a"
     return Happening(of.kind, of.start_s, of.end_s, f"vehicle {of.vehicle} {verb} {of.text}")
+
+
+def _fault(of: FaultSpan) -> Happening:
+    text = f"fault of {_vehicles(numbers(of.vehicles))}: {of.text}"
+    return Happening("fault", of.start_s, of.end_s, text)
 
 
 def _change(scenario: Scenario, name: str, value: float) -> str:

@@ -23,6 +23,7 @@ _LOOKS: Final = {
     "manoeuvre": ("#56B4E9", 0.25, "manoeuvre"),
     "outage": ("#F0E442", 0.45, "outage"),
     "rule": ("#009E73", 0.18, "channel rule"),
+    "fault": ("#E69F00", 0.28, "fault"),
 }
 _WHOLE: Final = (0.0, 1.0)  # all of the height, or the width, of the axes
 _BAR_PT: Final = (1.5, 5.5)  # lower and upper edge of a bar, above the axes

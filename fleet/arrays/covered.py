@@ -32,6 +32,9 @@ def _line(key: str, value: object, allowed: str) -> str:
 def _of_scenario(scenario: Scenario) -> Iterator[str]:
     if scenario.clock == "realtime":
         yield _line("clock", "realtime", "lock-step")
+    if scenario.faults:
+        kinds = ", ".join(dict.fromkeys(fault.type for fault in scenario.faults))
+        yield _line("faults", kinds, "[]")
     if scenario.beacons.rule not in RULES:
         yield _line("beacons.rule", scenario.beacons.rule, ", ".join(RULES))
 

@@ -12,6 +12,7 @@ from zenvoy.laws import find, law_of
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.agreement_of_channel import channel_that_disagrees
 from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
+from zenvoy.scenarios.schema.agreement_of_faults import faults_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
 from zenvoy.scenarios.schema.agreement_of_start import start_that_disagrees
 from zenvoy.scenarios.schema.control_laws import name_of, parameters_of
@@ -48,6 +49,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_schedule(scenario),
         *channel_that_disagrees(scenario),
         *events_that_disagree(scenario),
+        *faults_that_disagree(scenario),
     ]
 
 

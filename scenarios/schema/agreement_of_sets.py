@@ -31,7 +31,11 @@ def sets_that_disagree(scenario: Scenario) -> Iterator[Problem]:
         f"control.schedule.{index}.vehicles": switch.vehicles
         for index, switch in enumerate(scenario.control.schedule)
     }
-    for section, sets in (("channel", scopes), ("control.schedule", switches)):
+    hit = {
+        f"faults.{index}.vehicles": fault.vehicles for index, fault in enumerate(scenario.faults)
+    }
+    sections = (("channel", scopes), ("control.schedule", switches), ("faults", hit))
+    for section, sets in sections:
         total = 0
         for key, text in sets.items():
             if text is not None:

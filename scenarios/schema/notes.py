@@ -11,6 +11,7 @@ from zenvoy.laws import Law, Needs, find
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.notes_of_channel import notes_of_channel
 from zenvoy.scenarios.schema.notes_of_events import notes_of_events
+from zenvoy.scenarios.schema.notes_of_faults import notes_of_faults
 from zenvoy.scenarios.schema.roster import group_members, roster
 from zenvoy.values.section import NS_PER_S
 from zenvoy.values.wording import trimmed
@@ -30,6 +31,7 @@ def notes_of(scenario: Scenario) -> list[Problem]:
         *_schedule(scenario),
         *notes_of_channel(scenario, sets),
         *notes_of_events(scenario),
+        *notes_of_faults(scenario),
     ]
 
 

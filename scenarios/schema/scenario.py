@@ -15,6 +15,7 @@ from zenvoy.scenarios.schema.agreement import refuse_disagreements
 from zenvoy.scenarios.schema.channel import Channel
 from zenvoy.scenarios.schema.control import Control
 from zenvoy.scenarios.schema.events import Brake, Event, Sine, Trace
+from zenvoy.scenarios.schema.faults import AnyFault
 from zenvoy.scenarios.schema.fleet import Fleet, Vehicle
 from zenvoy.scenarios.schema.inputs import EstimatorKind, Parameters
 from zenvoy.scenarios.schema.waits import own_wait_ms
@@ -92,6 +93,7 @@ class Scenario(Section):
     estimator: Estimator = Estimator()
     channel: Channel = Channel()
     events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is allowed, too
+    faults: Annotated[tuple[AnyFault, ...], Field(strict=False)] = ()  # a list is allowed, too
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:

@@ -23,6 +23,7 @@ UNITS: Final = {
     "ms": "ms",
     "mps": "m/s",
     "mps2": "m/s²",
+    "mps3": "m/s³",
     "hz": "Hz",
     "ghz": "GHz",
     "mbps": "Mbit/s",

@@ -1,0 +1,47 @@
+"""Faults on purpose: of sensors, transmitters and actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+
+from pydantic import Field
+
+from zenvoy.scenarios.schema.fault import Amount, Fault
+from zenvoy.scenarios.schema.faults_of_sensors import SensorFault
+from zenvoy.scenarios.schema.faults_of_transmitters import TransmitterFault
+from zenvoy.scenarios.schema.roster import group_members
+from zenvoy.scenarios.schema.sets import members
+
+if TYPE_CHECKING:
+    from zenvoy.scenarios.schema.scenario import Scenario
+
+F = TypeVar("F", bound=Fault)
+
+
+class ActuatorStuck(Fault):
+    """The acceleration stays as it is when the fault begins, or at acceleration_mps2.
+
+    No command and no event changes it; a vehicle that has stopped does not roll backwards.
+    """
+
+    type: Literal["actuator-stuck"]
+    acceleration_mps2: Amount | None = None
+
+    @property
+    def words(self) -> str:
+        """What goes wrong."""
+        at = self.acceleration_mps2
+        return "actuator stuck" + ("" if at is None else f" at {at:g} m/s²")
+
+
+AnyFault = Annotated[SensorFault | TransmitterFault | ActuatorStuck, Field(discriminator="type")]
+
+
+def faults_of(scenario: Scenario, kind: type[F]) -> Iterator[tuple[int, F, tuple[int, ...]]]:
+    """Yield the faults of a kind: the index in `faults`, the fault, and its vehicles in order."""
+    groups = group_members(scenario)
+    for index, fault in enumerate(scenario.faults):
+        if isinstance(fault, kind):
+            named = members(fault.vehicles, scenario.fleet.size, groups)
+            yield index, fault, tuple(sorted(named))

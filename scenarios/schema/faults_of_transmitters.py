@@ -1,0 +1,51 @@
+"""Faults of transmitters: silent, repeating, lying."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from zenvoy.scenarios.schema.fault import Amount, Amounts, Fault, signed
+
+
+class TransmitterSilent(Fault):
+    """Nothing of the vehicle goes on the air."""
+
+    type: Literal["transmitter-silent"]
+
+    @property
+    def words(self) -> str:
+        """What goes wrong."""
+        return "transmitter silent"
+
+
+class TransmitterRepeating(Fault):
+    """Instead of each new beacon the last one before the fault goes on the air again.
+
+    With new_times it says that it is new; without, its receivers drop it as an old one.
+    """
+
+    type: Literal["transmitter-repeating"]
+    new_times: bool = False
+
+    @property
+    def words(self) -> str:
+        """What goes wrong."""
+        return "transmitter repeats an old frame" + (" as new" if self.new_times else "")
+
+
+class TransmitterLying(Amounts):
+    """Values in beacons are off by constant amounts; gap_m is the radar reading in a beacon."""
+
+    type: Literal["transmitter-lying"]
+    position_m: Amount = 0.0
+    speed_mps: Amount = 0.0
+    acceleration_mps2: Amount = 0.0
+    gap_m: Amount = 0.0
+
+    @property
+    def words(self) -> str:
+        """What goes wrong."""
+        return f"transmitter lies: {signed(self.amounts)}"
+
+
+TransmitterFault = TransmitterSilent | TransmitterRepeating | TransmitterLying
