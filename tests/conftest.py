@@ -187,14 +187,20 @@ class Command:
 
     def wait_for_children(self, names: set[str]) -> dict[str, int]:
         """Return process ids by name once all of `names` exist, and watch them from then on."""
+        assert self.has_children(names), self.wait()
+        return self._pids
+
+    def has_children(self, names: set[str]) -> bool:
+        """Return whether all of `names` come to exist before the command ends; watch them."""
         wait_until(
             lambda: self._ended() or names <= self.children().keys(),
             f"the processes {', '.join(sorted(names))} are there",
         )
-        assert not self._ended(), self.wait()
+        if self._ended():
+            return False
         for name, pid in self._pids.items():
             self._pidfds.setdefault(name, os.pidfd_open(pid))
-        return self._pids
+        return True
 
     def wait_for_cycles(self, log: Path) -> None:
         """Return once the log on disk has reached a cycle."""

@@ -20,6 +20,8 @@ class Found:
     code: int = 0
     message: str = ""
     """The first line on stderr."""
+    times: int = 1
+    """How many times as long as usual the run is."""
 
 
 def table(results: Sequence[Found]) -> str:

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from tests.chaos.cases import scenario_of
+from tests.chaos.cases import PATIENT_S, scenario_of
 from tests.chaos.ends import COMPLETE_BY_THEN, expected_of
 from tests.chaos.found import Found
 from tests.conftest import Command, Log, Outcome, read_log, run
@@ -18,10 +18,12 @@ LOST_S: Final = 0.5  # wall time that a log may lose at its end if its world is 
 
 
 @cache
-def undisturbed(mode: str) -> str:
-    """Return the fingerprint of an undisturbed run in lock-step."""
+def undisturbed(mode: str, times: int) -> str:
+    """Return the fingerprint of an undisturbed run in lock-step, `times` as long as usual."""
     with tempfile.TemporaryDirectory(prefix="chaos-") as folder:
-        log = run(Path(folder) / "alone", scenario_of(mode), "--bus", "in-process")
+        log = run(
+            Path(folder) / "alone", scenario_of(mode, PATIENT_S, times), "--bus", "in-process"
+        )
         return log.result["fingerprint"]
 
 
@@ -81,5 +83,5 @@ def _judge_result(found: Found, log: Log) -> None:
     if complete != (found.code == 0 or asked_late) and not (killed and found.case.moment == "last"):
         found.wrong.append(f"exit code {found.code}, but the log says {log.result['end']!r}")
     repeatable = complete and found.case.mode != "realtime"
-    if repeatable and log.result["fingerprint"] != undisturbed(found.case.mode):
+    if repeatable and log.result["fingerprint"] != undisturbed(found.case.mode, found.times):
         found.wrong.append("another fingerprint")

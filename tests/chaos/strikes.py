@@ -19,6 +19,10 @@ from zenvoy.bus.topics import CLOCK
 from zenvoy.fleet.guests import read_endpoints
 
 
+class TooLateError(Exception):
+    """The run was complete before its processes were seen, because the machine is busy."""
+
+
 class Watcher:
     """Receives the clock of a run, as any observer may."""
 
@@ -49,10 +53,14 @@ def watching(out: Path) -> Iterator[Watcher]:
 
 
 def strike(started: Command, case: Case, out: Path) -> pb.Clock:
-    """Wait for the moment, hit, and return the newest clock message by then."""
+    """Wait for the moment, hit, and return the newest clock message by then.
+
+    Raises TooLateError if the run is complete before its start is seen.
+    """
     if case.moment == "start":
         first = "world" if case.victim == "command" else case.process
-        started.wait_for_children({first})
+        if not started.has_children({first}):
+            raise TooLateError
         # The sleep waits for no fact: it is the random moment of the case, in the 0.3 s of a start.
         # No assertion depends on how far the start has come at the signal.
         time.sleep(0.3 * case.at)
