@@ -74,7 +74,8 @@ class Needs:
 
     behind: the link to the vehicle behind, which is known only from V2V. sides: the number of
     vehicles on each side, or the name of the parameter that holds it. predecessor, leader: the
-    motion that these report. commands: their reports also contain their newest commands.
+    motion that these report. commands: their reports also contain their newest commands; or the
+    name of the parameter that says whether they do.
     tolerates_silence: if a report is missing, its motion is NaN and the law goes on. If the law
     shares links, this also applies to the link behind, whatever its age.
     prediction: filters estimate links and own speed, and predict them to the instant at which the
@@ -87,7 +88,7 @@ class Needs:
     predecessor: bool = False
     leader: bool = False
     prediction: bool = False
-    commands: bool = False
+    commands: bool | str = False
     tolerates_silence: bool = False
     shares_links: bool = False
 
@@ -153,6 +154,11 @@ class Law:
         """Return how many vehicles on each side the law uses."""
         sides = self.needs.sides
         return int(getattr(parameters, sides)) if isinstance(sides, str) else sides
+
+    def hears_commands(self, parameters: Any) -> bool:
+        """Return whether the law uses the newest commands of others."""
+        commands = self.needs.commands
+        return bool(getattr(parameters, commands)) if isinstance(commands, str) else commands
 
     def two_sided(self) -> bool:
         """Return whether the law looks behind."""

@@ -156,17 +156,18 @@ class Vehicle:
     def _view(self, controller: Controller, now_ns: int) -> View:
         """Return the data to decide on, as far as the law uses them."""
         known, view, needs = self._known, self._known.read(now_ns), controller.law.needs
+        commands = controller.law.hears_commands(controller.parameters)
         if needs.sides:
             m = controller.law.sides(controller.parameters)
             view = view._replace(sides=known.sides(now_ns)[:m])
         if needs.predecessor and self._neighbours.ahead:
             other, seam_m = self._neighbours.ahead[0], self._neighbours.seam_ahead[0]
-            motion = known.motion_of(other, seam_m, 1, commands=needs.commands)
+            motion = known.motion_of(other, seam_m, 1, commands=commands)
             view = view._replace(predecessor=motion)
         if needs.leader:  # the leader has a lower number, so no seam lies in between
             leader = self._neighbours.leader
             steps = self.vehicle - leader
-            motion = known.motion_of(leader, 0.0, steps, commands=needs.commands)
+            motion = known.motion_of(leader, 0.0, steps, commands=commands)
             view = view._replace(leader=motion)
         return view
 

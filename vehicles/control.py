@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
-from zenvoy.laws import Needs, NoParameters, builtin, law_of
+from zenvoy.laws import NoParameters, builtin, law_of
 from zenvoy.scenarios import Scenario, Settings, modes, parameters_of, roster
 from zenvoy.vehicles.decision import Controller
 
@@ -15,18 +15,22 @@ FOLLOWING: Final = Controller(law_of("FM"), NoParameters(), law_of("FM").mode or
 @lru_cache(maxsize=4)
 def reports_commands(scenario: Scenario) -> bool:
     """Return whether beacons hold commands, because a law of the fleet needs them."""
-    return any(needs.commands for needs in _needs(scenario))
+    return any(
+        law_of(model).hears_commands(parameters_of(scenario.control, law_of(model), given))
+        for model, given in _phases(scenario)
+    )
 
 
 @lru_cache(maxsize=4)
 def shares_links(scenario: Scenario) -> bool:
     """Return whether beacons hold odometers and offsets, which laws that share links need."""
-    return any(needs.shares_links for needs in _needs(scenario))
+    return any(law_of(model).needs.shares_links for model, _ in _phases(scenario))
 
 
-def _needs(scenario: Scenario) -> list[Needs]:
-    models = {model for settings in roster(scenario) for model in settings.models}
-    return [law_of(model).needs for model in models]
+def _phases(scenario: Scenario) -> set[tuple[str, tuple[tuple[str, Any], ...]]]:
+    """Return every model that a vehicle runs at some time, with the parameters given for it."""
+    phases = {phase for settings in roster(scenario) for phase in settings.phases}
+    return {(phase.model, phase.parameters) for phase in phases}
 
 
 def controllers(scenario: Scenario, settings: Settings) -> list[tuple[int, Controller]]:

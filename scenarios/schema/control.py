@@ -62,13 +62,17 @@ class Platoon(Section):
     """CACC: platoons of `size` consecutive vehicles (null: one platoon), led by the first.
 
     c1 is the weight of the leader against the vehicle ahead, xi the damping ratio and omega_n
-    the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's.
+    the bandwidth (rad/s) of Rajamani's law; the defaults are Plexe's. commanded: whether the
+    accelerations fed forward are commands; reported_speed: whether the speed of the vehicle ahead
+    is the one that it reports. In Plexe both are so.
     """
 
     size: Annotated[int, Field(ge=2, le=10_000)] | None = None
     c1: Annotated[float, Field(ge=0, lt=1), Percent] = 0.5
     xi: Annotated[float, Field(ge=1, le=LARGEST)] = 1.0
     omega_n: Positive = 0.2
+    commanded: bool = False
+    reported_speed: bool = False
 
 
 class Control(Section):

@@ -90,6 +90,7 @@ BUILT_IN: Final = {
     "predictor feedback": ("following/pf-cacc", ()),
     "a car that remembers": ("ring/pi", ("control.schedule.0.at_s=4",)),
     "feedforward": ("plexe/ploeg", ()),
+    "commands in a platoon": ("plexe/cacc", ()),
     "consensus": ("plexe/consensus", ()),
     "tow truck": ("plexe/gsbl", ()),
     "silence": ("plexe/dcacc", ("channel.outages.0.from_s=5", "channel.outages.0.until_s=15")),

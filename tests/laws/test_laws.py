@@ -170,6 +170,29 @@ def test_cooperative_by_hand(
     )
 
 
+@pytest.mark.parametrize(
+    ("predecessor", "leader", "own", "a"),
+    [
+        # half of each command; the accelerations that act do not count
+        (
+            Motion(30.0, 9.0, command=1.0),
+            Motion(30.0, 9.0, command=-3.0),
+            {"commanded": True},
+            -1.0,
+        ),
+        # 0.3 times the reported speed of the vehicle ahead; the radar's does not count
+        (Motion(32.0, 0.0), STEADY, {"reported_speed": True}, 0.6),
+    ],
+)
+def test_cooperative_as_in_plexe(
+    predecessor: Motion, leader: Motion, own: dict[str, bool], a: float
+) -> None:
+    ahead = Relative(37.5, 0.0)
+    assert cooperative(ahead, predecessor, leader, 30.0, cacc.Parameters(**own)) == pytest.approx(
+        a, abs=1e-12
+    )
+
+
 def test_cooperative_with_more_damping() -> None:
     law = cacc.Parameters(c1=0.25, xi=1.25, omega_n=0.4)
     # xi + sqrt(xi² - 1) = 2: alpha_3 = -(2.5 - 0.5) 0.4 = -0.8, alpha_4 = -0.25 · 2 · 0.4 = -0.2

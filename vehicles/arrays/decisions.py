@@ -135,6 +135,7 @@ class Decider:
         found: Decisions,
     ) -> None:
         view, needs = now.view, controller.law.needs
+        commands = controller.law.hears_commands(controller.parameters)
         seen = _seen(view, controller)
         observation = Observation(
             speed=seen.speed[rows],
@@ -143,8 +144,8 @@ class Decider:
             behind=_behind(seen.behind, needs, rows),
             behind_age_s=_behind_age_s(view, needs, rows),
             sides=sides,
-            predecessor=_motion(view.predecessor, needs, rows) if needs.predecessor else SILENT,
-            leader=_motion(view.leader, needs, rows) if needs.leader else SILENT,
+            predecessor=_motion(view.predecessor, commands, rows) if needs.predecessor else SILENT,
+            leader=_motion(view.leader, commands, rows) if needs.leader else SILENT,
             period_s=self._period_s,
             uniform=lambda number: now.uniform(rows, number),
             acceleration=view.acceleration[rows],
@@ -236,10 +237,10 @@ def _behind_age_s(view: View, needs: Needs, rows: Rows) -> Number:
     return view.behind_age_s[rows]
 
 
-def _motion(report: Reported, needs: Needs, rows: Rows) -> Motion:
+def _motion(report: Reported, commands: bool, rows: Rows) -> Motion:
     """Return what the law of some vehicles gets of a report; NaN where it is missing."""
     motion = report.motion
-    if not needs.commands:
+    if not commands:
         motion = motion._replace(command=SILENT.command)
     there = _there(report.there, rows)
     columns = [one if isinstance(one, float) else one[rows] for one in motion]
