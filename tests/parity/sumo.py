@@ -36,7 +36,6 @@ from tests.parity.cases import (
     SPEED_MPS,
     STEP_S,
     Case,
-    Floats,
     Law,
     Limited,
     Manoeuvre,
@@ -72,20 +71,16 @@ def motions(laws: Sequence[Law], manoeuvre: Manoeuvre, limited: Limited) -> list
     """Return the motion under each law, from a process that ends afterwards."""
     names = [law.name for law in laws]
     with tempfile.TemporaryDirectory(prefix="zenvoy-parity-") as folder:
-        out = Path(folder, "motions.npz")
+        out = Path(folder, "motions.npy")
         command = [sys.executable, "-m", "tests.parity.sumo", str(out), manoeuvre, limited, *names]
         subprocess.run(as_child(*command), check=True, cwd=ROOT)
-        with np.load(out) as found:
-            return [Motion(found[f"{name} gap"], found[f"{name} speed"]) for name in names]
+        return [Motion(both[:, : SIZE - 1], both[:, SIZE - 1 :]) for both in np.load(out)]
 
 
 def main(out: str, manoeuvre: Manoeuvre, limited: Limited, *names: str) -> None:
-    """Run laws, and save their motions."""
-    found: dict[str, Floats] = {}
-    for law in (law for law in LAWS if law.name in names):
-        motion = _motion(Case(law, manoeuvre, limited))
-        found |= {f"{law.name} gap": motion.gap, f"{law.name} speed": motion.speed}
-    np.savez(out, **found)
+    """Run laws, and save their motions: laws, steps, gaps and speeds."""
+    laws = [law for name in names for law in LAWS if law.name == name]
+    np.save(out, [np.hstack(_motion(Case(law, manoeuvre, limited))) for law in laws])
 
 
 def _motion(case: Case) -> Motion:
