@@ -20,13 +20,16 @@ UNAUTHORIZED: Final = "unauthorized"  # let in, but not allowed to use this key
 _FILTER: Final = "error,zenoh_link_tls=warn,zenoh::net::routing::interceptor::access_control=trace"
 _COLOURS: Final = re.compile(r"\x1b\[[0-9;]*m")
 _THREAD: Final = re.compile(r" (ThreadId\(\d+\)) ")
-_LINK: Final = re.compile(r" zenoh_link_tls::\w+: (?P<why>.*?)(\. Hint: .*)?$")
-_STRANGER: Final = re.compile(r" (?P<who>\w+) did not match any configured ACL subject")
+_LINK: Final = re.compile(
+    r" zenoh_link_tls::\w+: (?P<why>.*?)(: verification time .*|\. Hint: .*)?$"
+)
+_STRANGER: Final = " did not match any configured ACL subject"
 _CACHING: Final = re.compile(r"ACL \((?P<flow>\w+)\): caching permissions for `(?P<key>.*)` ")
 _VERDICT: Final = re.compile(
     r"CertCommonName\((?P<who>.*?)\).* is (?P<un>un)?authorized to .* "
     r"\((?P<flow>ingress|egress)\) on (?P<key>.*)$"
 )
+_MOST_REPORTED: Final = 200  # kinds of refusals; the others are only counted
 _ACTIONS: Final = 9  # kinds of messages on which Zenoh decides for a key that is new to it
 
 
@@ -50,9 +53,8 @@ class Doorman:
         text = _COLOURS.sub("", line)
         if link := _LINK.search(text):
             self._refusals.add(NO_CERTIFICATE, link["why"])
-        elif stranger := _STRANGER.search(text):
-            who = f"{stranger['who']}, whose certificate is not in the list"
-            self._refusals.add(NO_CERTIFICATE, who)
+        elif _STRANGER in text:
+            self._refusals.add(NO_CERTIFICATE, "a certificate that is not in the list")
         elif found := _THREAD.search(text):
             self._decided(found[1], text)
 
@@ -83,7 +85,7 @@ class Doorkeeper:
     """
 
     def __init__(self, name: str, run: str) -> None:
-        self.refusals = Refusals(name)
+        self.refusals = Refusals(name, most=_MOST_REPORTED)
         if "RUST_LOG" in os.environ:  # the user wants to read Zenoh's log itself
             zenoh.init_log_from_env_or(_FILTER)
             return

@@ -31,8 +31,9 @@ class RefusedError(Exception):
 class Refusals:
     """The refused messages of one process. Reports go to stderr, and so to the process's log."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, most: int = _MOST_REPORTED) -> None:
         self._name = name
+        self._most = most
         self._reported: set[tuple[str, str]] = set()
         self.counts: Counter[str] = Counter()
         self.total = 0
@@ -42,13 +43,13 @@ class Refusals:
         self.counts[reason] += 1
         self.total += 1
         reported = self._reported
-        if len(reported) > _MOST_REPORTED:
+        if len(reported) > self._most:
             return
         kind = reason, ascii(source[:_LONGEST_SOURCE])  # a key may contain anything, even line ends
         if kind in reported:
             return
         reported.add(kind)
-        if len(reported) > _MOST_REPORTED:
+        if len(reported) > self._most:
             self._report(
                 "messages of more kinds or sources are refused, and from now on only counted"
             )

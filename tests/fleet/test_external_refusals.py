@@ -57,7 +57,7 @@ def test_in_lock_step_a_vehicle_that_does_not_join_is_named(tmp_path: Path) -> N
             "--certs keys: needs an endpoint with TLS, as --listen tls/HOST:PORT",
         ),
         (
-            ("--listen", "tls/0.0.0.0:7447", "--certs", "none"),
+            ("--listen", "tls/0.0.0.0:27447", "--certs", "none"),
             "--certs none: has no authority.pem; zenvoy certs makes it",
         ),
     ],
