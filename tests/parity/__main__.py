@@ -1,4 +1,4 @@
-"""`python -m tests.parity sine|braking|limits` prints a part of docs/validation.md."""
+"""`python -m tests.parity sine|braking|limits|headways` prints a part of docs/validation.md."""
 
 from __future__ import annotations
 

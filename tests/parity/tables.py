@@ -44,8 +44,13 @@ def differences_from_page(lines: list[str]) -> list[str]:
 
     Numbers may differ by one unit of their last digit, since other processors round otherwise.
     """
-    rows = [_cells(line) for line in PAGE.read_text(encoding="utf-8").splitlines()]
+    rows = cells_of_page()
     return [line for line in lines if not any(_agree(_cells(line), row) for row in rows)]
+
+
+def cells_of_page() -> list[list[str]]:
+    """Return the cells of each line of the page; a line outside of tables is one cell."""
+    return [_cells(line) for line in PAGE.read_text(encoding="utf-8").splitlines()]
 
 
 def _cells(line: str) -> list[str]:
