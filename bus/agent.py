@@ -25,11 +25,15 @@ class Envelope(NamedTuple):
 
 
 class Barrier(NamedTuple):
-    """The messages that an agent needs for its next step, and the time of that step (ns)."""
+    """The messages that an agent needs for its next step, and the time of that step (ns).
+
+    joins: vehicles whose new processes must be ready before, because the step writes to them.
+    """
 
     now_ns: int
     cycle: int
     needs: tuple[tuple[Topic[Any], Sequence[int]], ...] = ()
+    joins: Sequence[int] = ()
 
 
 class Inbox:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from types import TracebackType
@@ -71,6 +71,8 @@ class Connection(ABC):
         self._alive: zenoh.Subscriber[Any] | None = None
         self._doorkeeper: Doorkeeper | None = None
         self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
+        self._ready: set[str] = set()  # processes whose tokens are there
+        self._started = Counter[str]()  # how often a process has become ready
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
         shared = (process.name for process in wiring.shared_processes)
         self._names = frozenset({*wiring.waits_for, *names, *shared})
@@ -185,7 +187,18 @@ class Connection(ABC):
         while self._alive is not None and (sample := self._alive.try_recv()) is not None:
             name = str(sample.key_expr).rpartition("/")[2]
             if name in self._names:  # other programs may declare tokens too
-                self._tokens.append((name, sample.kind == zenoh.SampleKind.PUT))
+                there = sample.kind == zenoh.SampleKind.PUT
+                self._count_start(name, there=there)
+                self._tokens.append((name, there))
+
+    def _count_start(self, name: str, *, there: bool) -> None:
+        """Note that the token of a process is there or gone; it may be reported twice."""
+        if there and name not in self._ready:
+            self._started[name] += 1
+        if there:
+            self._ready.add(name)
+        else:
+            self._ready.discard(name)
 
     def _admitted(self, topic: Topic[Any], key: str, sample: zenoh.Sample) -> Sequence[Parcel]:
         """Return the vehicles and payloads of a sample; none for a part, or if it is refused."""
@@ -282,8 +295,11 @@ class Connection(ABC):
             late = sorted(absent)
             self._awaited = Blame(f"the start of {', '.join(late[:5])}", tuple(late))
             sample = self._watch.wait(self._alive.recv)
-            if sample.kind == zenoh.SampleKind.PUT:
-                absent.discard(str(sample.key_expr).rpartition("/")[2])
+            name = str(sample.key_expr).rpartition("/")[2]
+            there = sample.kind == zenoh.SampleKind.PUT
+            self._count_start(name, there=there)
+            if there:
+                absent.discard(name)
                 self._watch.progressed()
 
     def _blame(self, in_any_case: bool) -> Blame | None:

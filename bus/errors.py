@@ -24,6 +24,14 @@ class StoppedError(BusError):
     """The process was asked to end while it waited."""
 
 
+class VehicleLostError(BusError):
+    """A scenario's fault has killed the process of a vehicle, and the run is to end then."""
+
+    def __init__(self, name: str, at_s: float) -> None:
+        super().__init__(f"killed by a fault of the scenario at {at_s:g} s")
+        self.name = name
+
+
 class PayloadError(BusError):
     """A payload cannot be sent, or is not a message of its topic."""
 

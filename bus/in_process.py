@@ -18,8 +18,14 @@ class _Seat:
     def __init__(self, agent: Agent) -> None:
         self.agent = agent
         self.mailbox = Mailbox()
-        self.barrier: Barrier | None = agent.barrier
+        self.barrier: Barrier | None = None
         self.queued = False
+        self.next()
+
+    def next(self) -> None:
+        """Take the barrier for which the agent waits now."""
+        self.barrier = self.agent.barrier
+        self.mailbox.expect(self.barrier)
 
 
 class InProcessBus:
@@ -46,7 +52,7 @@ class InProcessBus:
             inbox = seat.mailbox.take(seat.barrier)
             for envelope in seat.agent.step(seat.barrier.now_ns, inbox):
                 self._send(envelope)
-            seat.barrier = seat.agent.barrier
+            seat.next()
             self._queue_if_met(seat)
         self._check_done()
 

@@ -32,6 +32,7 @@ class Mailbox:
         self._check = check
         self._mail: dict[tuple[Topic[Any], int], dict[int, tuple[Any, bytes]]] = {}
         self._taken: dict[Topic[Any], int] = {}
+        self._before = -1  # the cycle before the one that is awaited
 
     def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> str | None:
         """Decode and keep a message; return the reason if it is refused."""
@@ -39,7 +40,7 @@ class Mailbox:
             message = topic.decode(payload)
         except PayloadError:
             return self._refuse(MALFORMED)
-        cycle, taken = message.cycle, self._taken.get(topic, -1)
+        cycle, taken = message.cycle, max(self._taken.get(topic, -1), self._before)
         if not taken < cycle <= taken + WINDOW:
             return self._refuse(STALE if cycle <= taken else EARLY)
         slot = self._mail.get((topic, cycle))
@@ -51,6 +52,11 @@ class Mailbox:
             slot = self._mail[topic, cycle] = {}
         slot[vehicle] = (message, payload)
         return None
+
+    def expect(self, barrier: Barrier | None) -> None:
+        """Note the next barrier: its cycle may be far ahead of the last one taken."""
+        if barrier is not None and barrier.needs:
+            self._before = barrier.cycle - 1
 
     def _refuse(self, reason: str) -> str:
         self.rejected[reason] += 1

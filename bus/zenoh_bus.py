@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Sequence
 from typing import Any, Final
 
 import zenoh
@@ -32,6 +34,8 @@ class ZenohBus(Connection):
         self._agent = agent
         self._barrier: Barrier | None = None
         self._awaited_topic: Topic[Any] | None = None
+        self._joining = False  # whether it waits for processes that join
+        self._starts: defaultdict[str, int] = defaultdict(lambda: 1)  # of processes, awaited
         self._wary = 0  # number of coming steps in which all queues are watched
         self._refused = 0
 
@@ -40,12 +44,15 @@ class ZenohBus(Connection):
         agent, mailbox, refusals = self._agent, self._mailbox, self.refusals
         while (barrier := agent.barrier) is not None:
             self._barrier = barrier
+            mailbox.expect(barrier)
             if refusals.total != self._refused:
                 self._refused, self._wary = refusals.total, _WARY_STEPS
             if self._wary:
                 self._collect_warily(barrier)
             else:
                 self._collect(barrier)
+            if barrier.joins:
+                self._wait_for_joining(barrier.joins)
             self._watch.progressed()
             self.send(agent.step(barrier.now_ns, mailbox.take(barrier)))
 
@@ -66,6 +73,20 @@ class ZenohBus(Connection):
         while not met(barrier):
             wait(pause)
             self._empty_queues()
+
+    def _wait_for_joining(self, vehicles: Sequence[int]) -> None:
+        """Wait until the next process of each vehicle is ready, so that it misses no message."""
+        self._joining = True
+        for vehicle in vehicles:
+            name = self._process("vehicle", vehicle)
+            if vehicle in self._shared_by:
+                continue  # its process goes on, and has a new agent for it
+            self._starts[name] += 1
+            self._awaited = Blame(f"the start of {name}", (name,))
+            while self._started[name] < self._starts[name]:
+                self._watch.wait(pause)
+                self._note_tokens()
+        self._joining = False
 
     def _empty_queues(self, but: Topic[Any] | None = None) -> bool:
         """Empty the queues of all topics except `but`, and return whether they held anything."""
@@ -111,7 +132,7 @@ class ZenohBus(Connection):
 
     def _blame(self, in_any_case: bool) -> Blame | None:
         """Return what is missing; None if the world is late and may still report the stall."""
-        if self._barrier is None:
+        if self._barrier is None or self._joining:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):

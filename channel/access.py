@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.channel.babble import NO_BABBLE, Babble, Babblers
 from zenvoy.channel.congestion import ReactiveDcc
 from zenvoy.channel.csma import Backoffs, Hearing, aifs_ns, airtime_ns, contend
 from zenvoy.channel.pairs import Pairs, pairs
@@ -52,7 +53,8 @@ class Access:
         self._range_m = medium.carrier_sense_m  # None: as far as frames are received
         self._space_ns = aifs_ns(medium.aifsn)
         self._backoffs = Backoffs(scenario.seed, medium.contention_window)
-        self._busy_until_ns = np.zeros(size, dtype=np.int64)
+        self._babblers = Babblers(scenario)
+        self._busy_until_ns = np.zeros(size + len(self._babblers), dtype=np.int64)
         self.on_air_ns = airtime_ns(channel.frame_bytes, channel.radio.bit_rate_mbps)
         """Time on the air of a frame."""
         self._dcc = ReactiveDcc(size) if medium.congestion_control == "reactive" else None
@@ -75,24 +77,45 @@ class Access:
         first = np.searchsorted(near.source, np.arange(self._size + 1))
         hearing = Hearing(first, near.destination)
         ready_ns = np.where(sends, scene.sent_ns + self._phase_ns(sequence), -1)
-        start_ns = contend(
-            ready_ns,
-            sequence,
-            hearing,
-            self._busy_until_ns,
-            self.on_air_ns,
-            self._space_ns,
-            self._period_ns,
-            self._backoffs,
-        )
+        start_ns, babble = self._contended(ready_ns, sequence, hearing, scene)
         airing = Airing(
             wait_ns=np.where(start_ns >= 0, start_ns - ready_ns, 0),
-            collided=collided(frames, start_ns, hearing, self.on_air_ns),
-            busy_ratio=busy_ratio(start_ns, hearing, self.on_air_ns, self._period_ns),
+            collided=collided(frames, start_ns, hearing, self.on_air_ns, babble),
+            busy_ratio=busy_ratio(start_ns, hearing, self.on_air_ns, self._period_ns, babble),
         )
         if self._dcc is not None:
             self._dcc.sensed(airing.busy_ratio)
         return airing
+
+    def _contended(
+        self, ready_ns: Ints, sequence: Ints, hearing: Hearing, scene: Scene
+    ) -> tuple[Ints, Babble]:
+        """Return when vehicles begin to send their frames, and what is sent without meaning."""
+        size, queued, frames = self._size, {}, self._babblers.frames(scene.sent_ns)
+        if frames.any():
+            hearing = self._babblers.heard(hearing)
+            ready_ns = np.concatenate([ready_ns, np.where(frames > 0, scene.sent_ns, -1)])
+            sequence = np.concatenate([sequence, np.full(len(frames), scene.cycle)])
+            queued = dict(enumerate(frames.tolist(), start=size))
+        further: list[tuple[int, int]] = []
+        start_ns = contend(
+            ready_ns,
+            sequence,
+            hearing,
+            self._busy_until_ns[: len(ready_ns)],
+            self.on_air_ns,
+            self._space_ns,
+            self._period_ns,
+            self._backoffs,
+            queued,
+            further,
+        )
+        if not queued:
+            return start_ns, NO_BABBLE
+        begun = np.flatnonzero(start_ns[size:] >= 0)
+        station = np.concatenate([begun, [one - size for one, _ in further]]).astype(np.int64)
+        starts_ns = np.concatenate([start_ns[size:][begun], [ns for _, ns in further]])
+        return start_ns[:size], Babble(self._babblers.place[station], starts_ns.astype(np.int64))
 
     def _phase_ns(self, sequence: Ints) -> Ints:
         stations = np.arange(1, self._size + 1)
@@ -100,16 +123,25 @@ class Access:
         return np.floor(share * self._period_ns).astype(np.int64)
 
 
-def collided(frames: SentFrames, start_ns: Ints, hearing: Hearing, on_air_ns: int) -> Bools:
+def collided(
+    frames: SentFrames,
+    start_ns: Ints,
+    hearing: Hearing,
+    on_air_ns: int,
+    babble: Babble = NO_BABBLE,
+) -> Bools:
     """Return which frames their receivers miss because of other transmissions, (r,).
 
     Such a frame overlaps another one at its receiver, finds the receiver sending, or never began.
-    start_ns (n,): -1 for stations that do not send.
+    start_ns (n,): -1 for stations that do not send. babble: what else is on the air.
     """
     n = len(start_ns)
     senders = np.flatnonzero(start_ns >= 0)
-    senders = senders[np.argsort(start_ns[senders], kind="stable")]
-    starts = start_ns[senders]
+    means = np.concatenate([np.ones(len(senders), np.bool_), np.zeros(len(babble.place), np.bool_)])
+    starts = np.concatenate([start_ns[senders], babble.start_ns])
+    senders = np.concatenate([senders, babble.place])
+    order = np.argsort(starts, kind="stable")
+    senders, starts, means = senders[order], starts[order], means[order]
     # All frames take the same time on the air, so the transmissions that overlap the k-th one are
     # its neighbours in order of start: low[k] to low[k] + count[k] - 1, k itself included.
     low = np.searchsorted(starts, starts - on_air_ns, side="right")
@@ -126,7 +158,8 @@ def collided(frames: SentFrames, start_ns: Ints, hearing: Hearing, on_air_ns: in
     # The union over the rows of k: the stations that cannot receive k. A station that does not
     # send reaches nobody.
     disturbed = np.full((n, disturbs.shape[1]), _ALL)
-    disturbed[senders] = np.bitwise_or.reduceat(disturbs, first, axis=0)
+    if len(senders):
+        disturbed[senders[means]] = np.bitwise_or.reduceat(disturbs, first, axis=0)[means]
     # Look up the bit of each frame's receiver: station d is bit d % 64 of word d // 64.
     word, bit = frames.destination >> 6, frames.destination & 63
     found: Bools = (disturbed[frames.source, word] >> bit.astype(np.uint64)) & np.uint64(1) > 0
@@ -144,7 +177,13 @@ def _deafened(hearing: Hearing, n: int) -> NDArray[np.uint64]:
     return np.packbits(deaf, axis=1, bitorder="little").view("<u8").astype(np.uint64, copy=False)
 
 
-def busy_ratio(start_ns: Ints, hearing: Hearing, on_air_ns: int, period_ns: int) -> Floats:
+def busy_ratio(
+    start_ns: Ints,
+    hearing: Hearing,
+    on_air_ns: int,
+    period_ns: int,
+    babble: Babble = NO_BABBLE,
+) -> Floats:
     """Return the share of a period in which each station senses others or sends, (n,).
 
     Transmissions that overlap count once.
@@ -153,6 +192,10 @@ def busy_ratio(start_ns: Ints, hearing: Hearing, on_air_ns: int, period_ns: int)
     source = np.repeat(np.arange(n), np.diff(hearing.first))
     station = np.concatenate([hearing.stations, np.arange(n)])
     start = np.concatenate([start_ns[source], start_ns])
+    for place, at_ns in zip(babble.place.tolist(), babble.start_ns.tolist(), strict=True):
+        senses = hearing.stations[hearing.first[place] : hearing.first[place + 1]]
+        station = np.concatenate([station, senses, [place]])
+        start = np.concatenate([start, np.full(len(senses) + 1, at_ns)])
     station, start = station[start >= 0], start[start >= 0]
     order = np.lexsort((start, station))
     station, start = station[order], start[order]

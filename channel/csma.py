@@ -8,7 +8,9 @@ slot after it begins, so two transmissions may begin within one slot.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from heapq import heapify, heappop, heappush
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -91,8 +93,13 @@ def contend(
     space_ns: int,
     patience_ns: int,
     backoffs: Backoffs,
+    queued: Mapping[int, int] = MappingProxyType({}),
+    further: list[tuple[int, int]] | None = None,
 ) -> Ints:
     """Return when each station begins to send, ns, (n,); -1 if it does not send.
+
+    A station with `queued` frames sends as many one after the other. All its starts but the first
+    are appended to `further`, as station and ns.
 
     A station does not send if it is not ready (ready_ns -1), or if it cannot begin within
     `patience_ns`: then a newer frame replaces its own. `busy_until_ns` (n,), until when each
@@ -108,6 +115,7 @@ def contend(
     heapify(events)
     tries = [0] * len(ready_ns)
     last_ns = (ready_ns + patience_ns).tolist()
+    left, later = dict(queued), [] if further is None else further
     first, stations = hearing.first.tolist(), hearing.stations
     numbers = sequence.tolist()
     backoffs.draw(ready, sequence[ready])
@@ -125,7 +133,17 @@ def contend(
             if free_ns + wait_ns <= last_ns[i]:  # else the frame is given up
                 heappush(events, (free_ns + wait_ns, _TRIES, i))
             continue
-        start_ns[i] = now_ns
+        if start_ns[i] < 0:
+            start_ns[i] = now_ns
+        else:
+            later.append((i, now_ns))
         heappush(events, (now_ns + SLOT_NS, _SENSED, i))
+        if left.get(i, 1) > 1:
+            left[i] -= 1
+            next_ns = now_ns + on_air_ns + space_ns
+            next_ns += SLOT_NS * backoffs.slots(i, numbers[i], tries[i])
+            tries[i] += 1
+            if next_ns <= last_ns[i]:
+                heappush(events, (next_ns, _TRIES, i))
     backoffs.forget()
     return start_ns

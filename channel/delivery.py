@@ -61,10 +61,16 @@ class Air:
         self._destination = np.concatenate([self._destination, destination[comes] + 1])
         self._arrived_ns = np.concatenate([self._arrived_ns, arrived_ns[comes]])
 
-    def deliver(self, cycle: int, until_ns: int) -> list[Envelope]:
-        """Return a receive for each vehicle, in order, with what has arrived by `until_ns`."""
+    def deliver(self, cycle: int, until_ns: int, vehicles: Sequence[int]) -> list[Envelope]:
+        """Return a receive for each of `vehicles`, in order, with what has arrived by `until_ns`.
+
+        What arrives at others is lost: nobody listens there.
+        """
         due = self._due(until_ns)
-        receives = self._receives(due, self._vehicles, cycle, until_ns)
+        heard = due
+        if len(vehicles) < len(self._vehicles):
+            heard = due[np.isin(self._destination[due], vehicles)]
+        receives = self._receives(heard, vehicles, cycle, until_ns)
         self._forget(due)
         return receives
 

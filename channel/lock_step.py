@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.refusals import FOREIGN
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 from zenvoy.channel.agent import Channel
 from zenvoy.channel.sent import Sent
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 
 
 class LockStepChannel:
@@ -27,7 +28,7 @@ class LockStepChannel:
         self._core = Channel(scenario)
         self._cycles = scenario.cycles
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
-        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._attendance = attendance(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
 
@@ -36,15 +37,18 @@ class LockStepChannel:
         """The messages that the next step needs: positions and all beacons of the cycle."""
         if self._cycle == self._cycles:
             return None
+        joins = self._attendance.joining_at(self._cycle + self._ahead)
         if self._cycle < 0:
-            return Barrier(0, 0)
+            return Barrier(0, 0, joins=joins)
         # Topics are awaited in this order, and a stall is blamed on the first missing message. So
         # the single message of the world comes before those of all vehicles.
-        needs = ((POSITIONS, (0,)), (BEACON, self._vehicles))
-        return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs)
+        needs = ((POSITIONS, (0,)), (BEACON, self._attendance.there(self._cycle)))
+        return Barrier(self._cycle * self._period_ns + self._wait_ns, self._cycle, needs, joins)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why a message is refused, or None."""
+        if topic is BEACON and not self._attendance.takes_part(vehicle, message.cycle):
+            return FOREIGN
         return self._core.fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
@@ -55,9 +59,10 @@ class LockStepChannel:
         if delivery == self._cycles:
             return links
         until_ns = delivery * self._period_ns + self._wait_ns
-        return self._core.air.deliver(delivery, until_ns) + links
+        return self._core.air.deliver(delivery, until_ns, self._attendance.there(delivery)) + links
 
     def _transmit(self, inbox: Inbox) -> Envelope:
-        mail = zip(self._vehicles, inbox.with_payloads(BEACON), strict=True)
+        there = self._attendance.there(self._cycle)
+        mail = zip(there, inbox.with_payloads(BEACON), strict=True)
         beacons = {vehicle: Sent(*beacon) for vehicle, beacon in mail}
         return self._core.transmit(inbox.one(POSITIONS), beacons)

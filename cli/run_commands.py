@@ -107,10 +107,11 @@ def run(
             "allowed: --engine processes"
         )
     from zenvoy.fleet.certificates import CertificatesError, doors_of, members_in
-    from zenvoy.fleet.guests import GuestsError, guests, open_to_all
+    from zenvoy.fleet.guests import GuestsError, guests, open_to_all, require_no_faults
 
     size = loaded.scenario.fleet.size
     try:
+        require_no_faults(without or (), loaded.scenario)
         others = guests(without or (), listen or (), size, certs, insecure=insecure)
         if certs is not None:
             _ = doors_of(certs, "world"), doors_of(certs, "channel"), members_in(certs)

@@ -20,6 +20,7 @@ STALLED: Final = 4
 STOPPED: Final = 5  # by SIGTERM
 EXHAUSTED: Final = 6  # out of disk, memory, threads or file descriptors
 LAW_FAILED: Final = 7  # one of the scenario's own laws failed
+VEHICLE_LOST: Final = 8  # a fault killed a vehicle, and the run is to end then
 DONE: Final = 64
 
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # a place in Zenoh's code

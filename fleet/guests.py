@@ -9,7 +9,7 @@ import ipaddress
 import json
 import re
 import socket
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,6 +19,7 @@ from pydantic import AfterValidator, Field, StringConstraints, TypeAdapter, Vali
 
 from zenvoy.bus.topics import plain_name
 from zenvoy.fleet.process_id import ProcessId
+from zenvoy.scenarios import Fault, ProcessFrozen, ProcessKilled, Scenario, faults_of
 
 FILE: Final = "connect.json"
 _TLS: Final = "tls/"
@@ -71,6 +72,20 @@ class RunEndpoints:
     def connect(self) -> tuple[str, ...]:
         """The endpoint of the world and that of the channel to connect to on this machine."""
         return self.world[0], self.channel[0]
+
+
+def require_no_faults(without: Iterable[int], scenario: Scenario) -> None:
+    """Raise GuestsError if the scenario kills or freezes the process of a guest.
+
+    Only a run's own processes fail on purpose.
+    """
+    for vehicle in without:
+        for index, fault, vehicles in faults_of(scenario, Fault):
+            if isinstance(fault, ProcessKilled | ProcessFrozen) and vehicle in vehicles:
+                raise GuestsError(
+                    f"--without {vehicle}: faults.{index} ({fault.type}) is of its process; "
+                    "allowed: vehicles without faults of processes"
+                )
 
 
 def guests(

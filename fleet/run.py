@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from zenvoy.bus.errors import VehicleLostError
 from zenvoy.bus.log_format import EFFECTIVE
 from zenvoy.bus.text import utf8
 from zenvoy.bus.vehicle_processes import vehicle_processes
@@ -72,6 +73,8 @@ def run(
         run_alone(loaded, folder / LOG, engine, watch.on_progress)
     except LawError as error:
         return Death(error.process, f"died: {error}")
+    except VehicleLostError as error:
+        return Death(error.name, f"died: {error}")
     except NotCoveredError as error:
         return Death("the array engine", f"cannot go on: {error}; in-process can")
     return None

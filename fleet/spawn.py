@@ -19,13 +19,14 @@ from typing import Final, NoReturn
 
 from setproctitle import setproctitle
 
-from zenvoy.bus.errors import StalledError, StoppedError
+from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
 from zenvoy.fleet.ends import (
     DONE,
     EXHAUSTED,
     LAW_FAILED,
     STALLED,
     STOPPED,
+    VEHICLE_LOST,
     Send,
     last_words,
     shortage_of,
@@ -41,7 +42,8 @@ class Program:
     """A row of the process table: a name, a main function, and a signal for an orphan.
 
     `run` stands beside the name in `ps`. The process first calls `prefer` to set its scheduling. If
-    it is not `essential`, the run goes on without it.
+    it is not `essential`, the run goes on without it. A program with `killed_with` kills itself
+    when it has done its work, and these are its last words; then its successor starts, if any.
     """
 
     name: str
@@ -50,6 +52,8 @@ class Program:
     on_orphaned: signal.Signals = signal.SIGKILL
     prefer: Callable[[], None] = prefer_throughput
     essential: bool = True
+    killed_with: str = ""
+    successor: Program | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,6 +91,10 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
     try:
         _settle(program, log, parent)
         program.main()
+        if program.killed_with:
+            send(last_words(program.name, program.killed_with))
+            _flush()
+            os.kill(os.getpid(), signal.SIGKILL)
         _leave(DONE)
     except BaseException as error:  # noqa: BLE001  # else the child runs the parent's code
         # Nothing is swallowed: `_status` reports the error and turns it into an exit status.
@@ -122,6 +130,9 @@ def _status(program: Program, error: BaseException, send: Send) -> int:
     if isinstance(error, StalledError):
         send(last_words(program.name, str(error), error.culprits))
         return STALLED
+    if isinstance(error, VehicleLostError):
+        send(last_words(program.name, str(error), (error.name,)))
+        return VEHICLE_LOST
     if isinstance(error, LawError):
         send(last_words(program.name, str(error)))
         return LAW_FAILED

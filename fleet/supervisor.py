@@ -18,6 +18,7 @@ from zenvoy.fleet.ends import (
     LAW_FAILED,
     STALLED,
     STOPPED,
+    VEHICLE_LOST,
     Death,
     LastWords,
     LastWordsPipe,
@@ -58,10 +59,7 @@ class Supervisor:
         gc.freeze()  # so that the garbage collectors of the children copy no pages
         try:
             for program in self._programs:
-                with requests_held():
-                    child = spawn(program, self._logs / f"{program.name}.log", self._words.send)
-                    self._children[child.pidfd] = child
-                    self._selector.register(child.pidfd, selectors.EVENT_READ)
+                self._start(program)
         except BaseException:
             self.__exit__()
             raise
@@ -76,6 +74,18 @@ class Supervisor:
         if self._earlier_sigchld is not None:
             signal.signal(signal.SIGCHLD, self._earlier_sigchld)
             self._earlier_sigchld = None
+
+    def _start(self, program: Program) -> None:
+        """Start a program; one that follows another of its name has a log of its own."""
+        log = self._logs / f"{program.name}.log"
+        number = 1
+        while log.exists():
+            number += 1
+            log = self._logs / f"{program.name}-{number}.log"
+        with requests_held():
+            child = spawn(program, log, self._words.send)
+            self._children[child.pidfd] = child
+            self._selector.register(child.pidfd, selectors.EVENT_READ)
 
     def _keep_exit_statuses(self) -> None:
         """Let the kernel keep the exit statuses of children until waitpid.
@@ -120,7 +130,21 @@ class Supervisor:
         """Return the deaths among children that have ended; the stalled ones come last."""
         ended = [(self._children[fd], self._reap(fd)) for fd in pidfds]
         ended.sort(key=lambda one: one[1] == STALLED)
-        return [(child, self._death(child, code)) for child, code in ended if code != DONE]
+        deaths = []
+        for child, code in ended:
+            if self._is_planned(child.program, code):
+                if child.program.successor is not None:
+                    self._start(child.program.successor)
+            elif code != DONE:
+                deaths.append((child, self._death(child, code)))
+        return deaths
+
+    def _is_planned(self, program: Program, code: int) -> bool:
+        """Return whether a program has killed itself as the scenario wants it."""
+        if not program.killed_with or code != -signal.SIGKILL:
+            return False
+        words = self._words.of(program.name)
+        return words is not None and words.text == program.killed_with
 
     def _death(self, child: Child, code: int) -> Death:
         """Return the death of a child with this exit code; below 0 it is that of a signal."""
@@ -131,12 +155,13 @@ class Supervisor:
         if code < 0 or code == STOPPED:
             how = "ended by SIGTERM" if code > 0 else f"killed by {signal.Signals(-code).name}"
             return Death(name, f"died: {how}", tail)
-        if words is None or code not in {LAW_FAILED, EXHAUSTED, STALLED}:
+        if words is None or code not in {LAW_FAILED, VEHICLE_LOST, EXHAUSTED, STALLED}:
             return Death(name, f"died: exit status {code}", tail)
         if code == STALLED:
             return self._blame(words, tail)
-        if code == LAW_FAILED:
-            return Death(name, f"died: {words.text}")
+        if code in {LAW_FAILED, VEHICLE_LOST}:
+            (who,) = words.culprits or (name,)
+            return Death(who, f"died: {words.text}")
         return Death(name, f"cannot go on: {words.text}", tail, refused=True)
 
     def _blame(self, words: LastWords, tail: tuple[str, ...]) -> Death:

@@ -23,7 +23,7 @@ from zenvoy.fleet.sockets import make_private
 from zenvoy.fleet.spawn import Program
 from zenvoy.laws import builtin
 from zenvoy.laws.by_name import ESTIMATORS
-from zenvoy.scenarios import Scenario, modes
+from zenvoy.scenarios import Scenario, attendance, modes
 from zenvoy.vehicles.process import run_vehicle, run_vehicles
 from zenvoy.world.process import run_world
 from zenvoy.world.recorder import Labels
@@ -112,20 +112,38 @@ def process_table(
         ),
         row(name="channel", main=partial(_in_private, sockets, scenario, channel_wiring)),
         *(
-            row(
-                name=process.name,
-                main=_main_of(process, scenario, wiring),
-                essential=not realtime,
-            )
+            _of_vehicles(process, scenario, wiring, partial(row, essential=not realtime))
             for process in placed
         ),
     ]
 
 
-def _main_of(process: VehicleProcess, scenario: Scenario, wiring: Wiring) -> Callable[[], None]:
+def _of_vehicles(
+    process: VehicleProcess, scenario: Scenario, wiring: Wiring, row: Callable[..., Program]
+) -> Program:
+    """Return the program of a vehicle process, with those that follow it when it is killed.
+
+    A shared process lives on when one of its vehicles is killed.
+    """
     if process.is_shared:
-        return partial(run_vehicles, scenario, process, wiring)
-    return partial(run_vehicle, scenario, process.vehicles[0], wiring)
+        return row(name=process.name, main=partial(run_vehicles, scenario, process, wiring))
+    (vehicle,) = process.vehicles
+    kills = attendance(scenario).kills(vehicle)
+    if not kills:
+        return row(name=process.name, main=partial(run_vehicle, scenario, vehicle, wiring))
+    successor: Program | None = None
+    for life in range(len(kills), -1, -1):
+        is_last = life == len(kills)
+        if is_last and kills[-1].end >= scenario.cycles:
+            continue  # nobody comes back
+        successor = row(
+            name=process.name,
+            main=partial(run_vehicle, scenario, vehicle, wiring, life=life),
+            killed_with="" if is_last else f"killed by fault {life + 1} of the vehicle",
+            successor=successor,
+        )
+    assert successor is not None
+    return successor
 
 
 def _in_private(sockets: Path, scenario: Scenario, wiring: Wiring) -> None:

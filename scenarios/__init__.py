@@ -16,6 +16,7 @@ from zenvoy.scenarios.errors import (
 from zenvoy.scenarios.reading.loader import Loaded, builtin, load
 from zenvoy.scenarios.reading.recordings import Recording
 from zenvoy.scenarios.reading.trace_files import read_trace
+from zenvoy.scenarios.schema.attendance import Attendance, attendance
 from zenvoy.scenarios.schema.channel import (
     Channel,
     Latency,
@@ -33,6 +34,11 @@ from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
 from zenvoy.scenarios.schema.fault import NEVER_NS, Fault, reading_of
 from zenvoy.scenarios.schema.faults import ActuatorStuck, faults_of
+from zenvoy.scenarios.schema.faults_of_processes import (
+    ProcessFrozen,
+    ProcessKilled,
+    ProcessSlowed,
+)
 from zenvoy.scenarios.schema.faults_of_sensors import (
     READINGS,
     SensorBiased,
@@ -42,6 +48,7 @@ from zenvoy.scenarios.schema.faults_of_sensors import (
     SensorJumping,
 )
 from zenvoy.scenarios.schema.faults_of_transmitters import (
+    TransmitterBabbling,
     TransmitterLying,
     TransmitterRepeating,
     TransmitterSilent,
@@ -61,6 +68,7 @@ __all__ = [
     "READINGS",
     "TRACE_OPTIONS",
     "ActuatorStuck",
+    "Attendance",
     "Beacons",
     "Brake",
     "Channel",
@@ -88,6 +96,9 @@ __all__ = [
     "Place",
     "Platoon",
     "Problem",
+    "ProcessFrozen",
+    "ProcessKilled",
+    "ProcessSlowed",
     "Recording",
     "Road",
     "Rule",
@@ -107,12 +118,14 @@ __all__ = [
     "Targets",
     "Technology",
     "Trace",
+    "TransmitterBabbling",
     "TransmitterLying",
     "TransmitterRepeating",
     "TransmitterSilent",
     "UnknownScenarioError",
     "UnreadableScenarioError",
     "Vehicle",
+    "attendance",
     "builtin",
     "effective_json",
     "effective_yaml",

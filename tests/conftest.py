@@ -185,6 +185,10 @@ class Command:
                 self._pids[title[1]] = child.pid
         return titles
 
+    def pid_of(self, name: str) -> int | None:
+        """Return the process id of a child at the last call of `children`; None if it was gone."""
+        return self._pids.get(name)
+
     def wait_for_children(self, names: set[str]) -> dict[str, int]:
         """Return process ids by name once all of `names` exist, and watch them from then on."""
         assert self.has_children(names), self.wait()

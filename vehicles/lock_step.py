@@ -6,21 +6,32 @@ from typing import Any
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 from zenvoy.vehicles.agent import Vehicle
 
 
 class LockStepVehicle:
-    """Sends a beacon when its sense has arrived, and a command when its frames have."""
+    """Sends a beacon when its sense has arrived, and a command when its frames have.
+
+    It leaves out the cycles in which its process is frozen or has been killed. A process that
+    replaces a killed one knows nothing of the earlier cycles. life: the number of a process, from
+    0, which ends where it is killed; None: one after the other in the same process.
+    """
 
     role = "vehicle"
 
-    def __init__(self, scenario: Scenario, vehicle: int) -> None:
+    def __init__(self, scenario: Scenario, vehicle: int, life: int | None = None) -> None:
+        self._scenario, self._vehicle = scenario, vehicle
         self._core = Vehicle(scenario, vehicle)
         self.name, self.vehicles = self._core.name, (vehicle,)
-        self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
+        self._period_ns = scenario.period_ns
         self._wait_ns = scenario.v2v_wait_ns
-        self._cycle = 0
+        self._attendance = attendance(scenario)
+        kills = self._attendance.kills(vehicle)
+        begins, ends = [0, *(k.end for k in kills)], [*(k.first for k in kills), scenario.cycles]
+        self._deaths = frozenset(ends[:-1])
+        self._end = scenario.cycles if life is None else ends[life]
+        self._cycle = self._attendance.next(vehicle, begins[life or 0])
         self._senses = True
         self._needs_sense = ((SENSE, (vehicle,)),)
         self._needs_receive = ((RECEIVE, (vehicle,)),)
@@ -28,7 +39,7 @@ class LockStepVehicle:
     @property
     def barrier(self) -> Barrier | None:
         """The sense of the cycle, then the receive of the cycle; None after the last cycle."""
-        if self._cycle == self._cycles:
+        if self._cycle >= self._end:
             return None
         start_ns = self._cycle * self._period_ns
         if self._senses:
@@ -52,5 +63,13 @@ class LockStepVehicle:
             self._senses = False
             return [self._core.sense(inbox.one(SENSE))]
         self._senses = True
-        self._cycle += 1
-        return [self._core.decide(now_ns, (inbox.one(RECEIVE),))]
+        command = self._core.decide(now_ns, (inbox.one(RECEIVE),))
+        self._next()
+        return [command]
+
+    def _next(self) -> None:
+        """Go to the next cycle in which the vehicle takes part."""
+        following = self._cycle + 1
+        self._cycle = self._attendance.next(self._vehicle, following)
+        if following in self._deaths and self._cycle < self._end:
+            self._core = Vehicle(self._scenario, self._vehicle)

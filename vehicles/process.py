@@ -22,16 +22,17 @@ def run_vehicle(
     vehicle: int,
     wiring: Wiring,
     on_joined: Callable[[zenoh.Session], None] = lambda _: None,
+    life: int | None = None,
 ) -> None:
     """Drive one vehicle to the end of the run; in real time, until it is asked to end.
 
-    `on_joined` is called once the others know of the vehicle, before its first cycle. Raises
-    BusError.
+    `on_joined` is called once the others know of the vehicle, before its first cycle. `life` is
+    the number of its process, if the scenario kills one. Raises BusError.
     """
     if scenario.clock == "realtime":
         _drive(RealtimeBus(RealtimeVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)
     else:
-        _drive(ZenohBus(LockStepVehicle(scenario, vehicle), wiring), on_joined)
+        _drive(ZenohBus(LockStepVehicle(scenario, vehicle, life), wiring), on_joined)
 
 
 def run_vehicles(scenario: Scenario, process: VehicleProcess, wiring: Wiring) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
@@ -14,40 +15,40 @@ from zenvoy.vehicles.realtime import RealtimeVehicle
 
 
 class LockStepVehicles:
-    """Vehicles in lock-step, which all take the same step, in order of number."""
+    """Vehicles in lock-step; those that take part in a cycle take the same step, in order."""
 
     role = "vehicle"
 
     def __init__(self, scenario: Scenario, process: VehicleProcess) -> None:
         self.name, self.vehicles = process
         self._agents: Final = {one: LockStepVehicle(scenario, one) for one in process.vehicles}
+        self._next: Sequence[int] = self.vehicles  # those of the next step
 
     @property
     def barrier(self) -> Barrier | None:
-        """The messages that all vehicles wait for; each waits for the same topic."""
-        barrier = self._first.barrier
-        if barrier is None:
+        """The messages that all vehicles of the next step wait for, each for the same topic."""
+        barriers = {one: agent.barrier for one, agent in self._agents.items()}
+        waiting = {one: barrier for one, barrier in barriers.items() if barrier is not None}
+        if not waiting:
             return None
-        ((topic, _),) = barrier.needs
-        return barrier._replace(needs=((topic, self.vehicles),))
+        first = min(waiting.values(), key=lambda barrier: barrier.cycle)
+        self._next = [one for one, its in waiting.items() if its.cycle == first.cycle]
+        ((topic, _),) = first.needs
+        return first._replace(needs=((topic, self._next),))
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why the vehicle refuses a message, or None."""
         return self._agents[vehicle].fault_in(topic, vehicle, message)
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Return what all vehicles send in their step."""
-        agents = self._agents.values()
+        """Return what the vehicles of the step send."""
+        agents = [self._agents[one] for one in self._next]
         shares = inbox.each()
         return [
             envelope
             for agent, share in zip(agents, shares, strict=True)
             for envelope in agent.step(now_ns, share)
         ]
-
-    @property
-    def _first(self) -> LockStepVehicle:
-        return self._agents[self.vehicles[0]]
 
 
 class RealtimeVehicles:

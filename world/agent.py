@@ -15,10 +15,11 @@ from zenvoy.bus.checks import fault_in_command, table_of
 from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.packed import tag
-from zenvoy.bus.topics import FRAMES, POSITIONS, SENSE
+from zenvoy.bus.topics import FRAMES, POSITIONS, SENSE, vehicle_name
 from zenvoy.laws import law_of
-from zenvoy.scenarios import Scenario, modes, roster
+from zenvoy.scenarios import Scenario, attendance, modes, roster
 from zenvoy.world.chronicle import Chronicle
+from zenvoy.world.failing_processes import FailingProcesses, held
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import Decided, command_row, estimate_row, radar_row, truth_row
 from zenvoy.world.sensor_faults import SensorFaults
@@ -56,6 +57,11 @@ class World:
         self._vehicles = range(1, scenario.fleet.size + 1)
         self._stops_on_collision = scenario.on_collision == "stop"
         self._fleet = Fleet(scenario)
+        for one in held(scenario):
+            self._fleet.let_roll(*one)
+        self._processes = FailingProcesses(scenario)
+        self._attendance = attendance(scenario)
+        self._ends_on_loss = scenario.on_vehicle_loss == "abort"
         self._sensors = SensorSet(scenario.sensors, scenario.seed, scenario.fleet.size)
         self._sensor_faults = SensorFaults(scenario)
         self._chronicle = Chronicle(scenario)
@@ -68,7 +74,9 @@ class World:
         }
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         self.stopped = False
-        """Whether a collision has ended the run."""
+        """Whether a collision, or the loss of a vehicle, has ended the run."""
+        self.lost = ""
+        """The process whose loss has ended the run."""
 
     def fault_in_command(self, command: pb.Command, vehicle: int) -> str | None:
         """Return what is wrong with a command, or None.
@@ -84,7 +92,7 @@ class World:
 
     def take_in(self, commands: Iterable[pb.Command]) -> None:
         """Keep commands until they take effect."""
-        self._fleet.command(commands)
+        self._fleet.command(self._processes.taken_in(commands))
 
     def let_roll(self, vehicle: int, from_ns: int) -> None:
         """Let a vehicle roll without acceleration from an instant until its next command."""
@@ -99,7 +107,10 @@ class World:
             return Begun()
         now_ns = cycle * self._period_ns
         collided = [index for _, index in self._fleet.advance_to(now_ns)]
-        self.stopped = bool(collided) and self._stops_on_collision
+        killed = self._attendance.killed_at(cycle) if self._ends_on_loss else []
+        if killed:
+            self.lost = vehicle_name(killed[0], len(self._vehicles))
+        self.stopped = (bool(collided) and self._stops_on_collision) or bool(killed)
         fleet = self._fleet
         acceleration = fleet.mean_acceleration
         truth = truth_row(cycle, now_ns, fleet.position, fleet.speed, acceleration)
@@ -121,7 +132,10 @@ class World:
         """
         now_ns = min(cycle, self._cycles) * self._period_ns
         events = self._chronicle.write(now_ns, commands, collided)
-        return events + ([self._chronicle.stop(now_ns, "collision")] if self.stopped else [])
+        if self.stopped:
+            why = f"{self.lost} killed" if self.lost else "collision"
+            events.append(self._chronicle.stop(now_ns, why))
+        return events
 
     def rows(self, cycle: int, frames: bytes, commands: Mapping[int, pb.Command]) -> list[Envelope]:
         """Return the rows of the log for a cycle that has ended.
@@ -153,7 +167,10 @@ class World:
             strict=True,
         )
         senses = []
+        takes_part = self._attendance.takes_part
         for vehicle, gap, relative_speed, position, speed, acceleration in rows:
+            if not takes_part(vehicle, cycle):
+                continue
             own = {"position": position, "speed": speed, "acceleration": acceleration}
             if math.isnan(gap):  # the first vehicle of an open road has none ahead
                 sense = _SENSE_OF_FIRST.encode(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)

@@ -72,9 +72,9 @@ class Fleet:
             a = max(self._lowest[index], min(self._highest[index], command.acceleration))
             self._coming.setdefault(command.effective_ns, []).append((index, float(a)))
 
-    def let_roll(self, vehicle: int, from_ns: int) -> None:
-        """Set the acceleration of a vehicle to 0 from an instant on, until its next command."""
-        self._coming.setdefault(from_ns, []).append((vehicle - 1, 0.0))
+    def let_roll(self, vehicle: int, from_ns: int, acceleration: float = 0.0) -> None:
+        """Set the acceleration of a vehicle (m/s²) from an instant on, until its next command."""
+        self._coming.setdefault(from_ns, []).append((vehicle - 1, acceleration))
 
     def command_all(self, effective_ns: int, a: Floats) -> None:
         """Take in a command for every vehicle, in the shape of `speed`."""

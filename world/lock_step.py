@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
-from zenvoy.bus.refusals import RefusedError
+from zenvoy.bus.errors import VehicleLostError
+from zenvoy.bus.refusals import FOREIGN, RefusedError
 from zenvoy.bus.topics import COMMAND, LINKS, Topic
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
 
 _FARTHEST: Final = 2  # cycles ahead; more would overlap no more work and only fill queues
@@ -29,7 +30,7 @@ class LockStepWorld:
     def __init__(self, scenario: Scenario) -> None:
         self._core = World(scenario)
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
-        self._vehicles = range(1, scenario.fleet.size + 1)
+        self._attendance = attendance(scenario)
         self._lookahead = lookahead(scenario)
         self._step = 0
 
@@ -37,15 +38,18 @@ class LockStepWorld:
     def barrier(self) -> Barrier | None:
         """The messages that the next step needs: commands and links of the newest cycle for it."""
         newest = self._step - 1 - self._lookahead
+        now_ns = min(self._step, self._cycles) * self._period_ns
+        if self._core.lost:
+            return Barrier(now_ns, newest)  # for a step that only says so
         if self._core.stopped or newest == self._cycles:
             return None
-        now_ns = min(self._step, self._cycles) * self._period_ns
+        joins = self._attendance.joining_at(self._step)
         if newest < 0:
-            return Barrier(now_ns, 0)
+            return Barrier(now_ns, 0, joins=joins)
         # Topics are awaited in this order, and a stall is blamed on the first missing message. So
         # the single message of the channel comes before those of all vehicles.
-        needs = ((LINKS, (0,)), (COMMAND, self._vehicles))
-        return Barrier(now_ns, newest, needs)
+        needs = ((LINKS, (0,)), (COMMAND, self._attendance.there(newest)))
+        return Barrier(now_ns, newest, needs, joins)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why a message is refused, or None.
@@ -53,6 +57,8 @@ class LockStepWorld:
         Commands and links must have the times of their cycle.
         """
         if topic is not LINKS:
+            if not self._attendance.takes_part(vehicle, message.cycle):
+                return FOREIGN
             return self._core.fault_in_command(message, vehicle)
         try:
             self._core.table_of(message)
@@ -61,14 +67,21 @@ class LockStepWorld:
         return None
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
-        """Move the vehicles to `now_ns`, begin a cycle there, and log what has become known."""
+        """Move the vehicles to `now_ns`, begin a cycle there, and log what has become known.
+
+        Raises VehicleLostError a step after a loss has ended the run, so that its end is logged.
+        """
+        if self._core.lost:
+            raise VehicleLostError(self._core.lost, (self._step - 1) * self._period_ns * 1e-9)
         cycle, self._step = self._step, self._step + 1
         ended = cycle - 1 - self._lookahead  # the cycle whose commands and links are in the inbox
         commands, rows = {}, []
         if ended >= 0:
-            commands = dict(zip(self._vehicles, inbox.all(COMMAND), strict=True))
-            rows = self._core.rows(ended, inbox.one(LINKS).frames, commands)
+            there = self._attendance.there(ended)
+            commands = dict(zip(there, inbox.all(COMMAND), strict=True))
         self._core.take_in(commands.values())
+        if ended >= 0:
+            rows = self._core.rows(ended, inbox.one(LINKS).frames, commands)
         begun = self._core.begin(cycle)
         events = self._core.events(cycle, commands.values(), begun.collided)
         return [*begun.messages, *rows, *begun.rows, *events]

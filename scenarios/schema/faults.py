@@ -1,4 +1,4 @@
-"""Faults on purpose: of sensors, transmitters and actuators."""
+"""Faults on purpose: of sensors, transmitters, actuators and processes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 from pydantic import Field
 
 from zenvoy.scenarios.schema.fault import Amount, Fault
+from zenvoy.scenarios.schema.faults_of_processes import ProcessFault
 from zenvoy.scenarios.schema.faults_of_sensors import SensorFault
 from zenvoy.scenarios.schema.faults_of_transmitters import TransmitterFault
 from zenvoy.scenarios.schema.roster import group_members
@@ -35,7 +36,9 @@ class ActuatorStuck(Fault):
         return "actuator stuck" + ("" if at is None else f" at {at:g} m/s²")
 
 
-AnyFault = Annotated[SensorFault | TransmitterFault | ActuatorStuck, Field(discriminator="type")]
+AnyFault = Annotated[
+    SensorFault | TransmitterFault | ActuatorStuck | ProcessFault, Field(discriminator="type")
+]
 
 
 def faults_of(scenario: Scenario, kind: type[F]) -> Iterator[tuple[int, F, tuple[int, ...]]]:

@@ -1,8 +1,10 @@
-"""Faults of transmitters: silent, repeating, lying."""
+"""Faults of transmitters: silent, babbling, repeating, lying."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from zenvoy.scenarios.schema.fault import Amount, Amounts, Fault, signed
 
@@ -16,6 +18,22 @@ class TransmitterSilent(Fault):
     def words(self) -> str:
         """What goes wrong."""
         return "transmitter silent"
+
+
+class TransmitterBabbling(Fault):
+    """Besides its beacon the vehicle sends frames without meaning, one after the other.
+
+    They contend for the medium, which must have carrier sense. What a period has no room for is
+    dropped.
+    """
+
+    type: Literal["transmitter-babbling"]
+    frames_per_cycle: Annotated[int, Field(ge=1, le=10_000)]
+
+    @property
+    def words(self) -> str:
+        """What goes wrong."""
+        return f"transmitter babbles: {self.frames_per_cycle} frames per cycle"
 
 
 class TransmitterRepeating(Fault):
@@ -48,4 +66,4 @@ class TransmitterLying(Amounts):
         return f"transmitter lies: {signed(self.amounts)}"
 
 
-TransmitterFault = TransmitterSilent | TransmitterRepeating | TransmitterLying
+TransmitterFault = TransmitterSilent | TransmitterBabbling | TransmitterRepeating | TransmitterLying

@@ -84,6 +84,7 @@ class Scenario(Section):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     stall_limit_s: Positive = 10.0
     on_collision: Literal["continue", "stop"] = "continue"
+    on_vehicle_loss: Literal["abort", "coast", "brake", "restart"] = "abort"
     road: Road = Road()
     fleet: Fleet = Fleet()
     vehicle: Vehicle = Vehicle()

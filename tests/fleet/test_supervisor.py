@@ -144,3 +144,27 @@ def test_a_parent_that_ignores_sigchld_changes_nothing(tmp_path: Path) -> None:
     finally:
         signal.signal(signal.SIGCHLD, before)
     assert str(death) == "vehicle-01 died: exit status 7"
+
+
+def test_a_process_that_kills_itself_as_planned_is_replaced(tmp_path: Path) -> None:
+    second = Program(name="vehicle-01", run="r", main=partial(os._exit, 0))
+    first = Program(
+        name="vehicle-01", run="r", main=lambda: None, killed_with="planned", successor=second
+    )
+    world = Program(name="world", run="r", main=wait_forever)
+    death, losses, _ = death_of(tmp_path, [world, first])
+    assert (str(death), losses) == ("vehicle-01 died: exit status 0", [])  # the second one's
+    assert sorted(path.name for path in tmp_path.glob("vehicle-*")) == [
+        "vehicle-01-2.log",
+        "vehicle-01.log",
+    ]
+
+
+def test_a_process_that_is_killed_before_it_is_to_die_has_died(tmp_path: Path) -> None:
+    def killed() -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    world = Program(name="world", run="r", main=wait_forever)
+    doomed = Program(name="vehicle-01", run="r", main=killed, killed_with="planned")
+    death, losses, _ = death_of(tmp_path, [world, doomed])
+    assert (str(death), losses) == ("vehicle-01 died: killed by SIGKILL", [])

@@ -54,6 +54,7 @@ def shortened(name: str) -> Loaded:
     for i, group in enumerate(whole.fleet.groups):
         settings += [f"fleet.groups.{i}.vehicles=1-4"] if group.vehicles else []
     settings += [f"events.{i}.at_s=1" for i, _ in enumerate(whole.events)]
+    settings += [f"faults.{i}.at_s=1" for i, _ in enumerate(whole.faults)]
     settings += [f"control.schedule.{i}.at_s={i + 1}" for i, _ in enumerate(whole.control.schedule)]
     return load(name, settings)
 
@@ -69,7 +70,9 @@ def test_each_scenario_runs_to_the_end(name: str) -> None:
     kinds = {event.kind for event in events}
     assert not kinds & {pb.EVENT_COLLISION, pb.EVENT_STOPPED}
     assert (pb.EVENT_BRAKE in kinds) == bool(scenario.brakes)
-    assert (pb.EVENT_TRACE in kinds) == bool(scenario.profiles)
+    assert (pb.EVENT_FAULT in kinds) == bool(scenario.faults)
+    returns = any(brake.return_s is not None for brake in scenario.brakes)  # it counts as a trace
+    assert (pb.EVENT_TRACE in kinds) == (bool(scenario.profiles) or returns)
     schedule = scenario.control.schedule
     assert (pb.EVENT_MODEL in kinds) == any(switch.model for switch in schedule)
     assert (pb.EVENT_TARGET in kinds) == any(switch.targets for switch in schedule)
@@ -78,10 +81,13 @@ def test_each_scenario_runs_to_the_end(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_frames_are_in_time_unless_they_are_lost(name: str) -> None:
     """The wait of each scenario fits its technology."""
-    log = run(shortened(name).scenario)
+    scenario = shortened(name).scenario
+    log = run(scenario)
     codec = PackedCodec(pb.Frames.DESCRIPTOR)
     outcomes = np.concatenate([codec.decode(data)["outcome"] for data in log[FRAMES]])
     allowed = {pb.OUTCOME_DELIVERED, pb.OUTCOME_OUT_OF_RANGE, pb.OUTCOME_LOST}
+    if any(fault.type == "transmitter-babbling" for fault in scenario.faults):
+        allowed |= {pb.OUTCOME_COLLIDED, pb.OUTCOME_LATE}
     assert set(outcomes.tolist()) <= allowed
     loss = load(name).scenario.channel.loss
     lost = float(np.mean(outcomes == pb.OUTCOME_LOST))

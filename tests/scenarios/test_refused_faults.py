@@ -11,7 +11,8 @@ from zenvoy.scenarios import load
 
 TYPES = (
     "sensor-blind, sensor-frozen, sensor-biased, sensor-drifting, sensor-jumping, "
-    "transmitter-silent, transmitter-repeating, transmitter-lying, actuator-stuck"
+    "transmitter-silent, transmitter-babbling, transmitter-repeating, transmitter-lying, "
+    "actuator-stuck, process-killed, process-frozen, process-slowed"
 )
 
 
