@@ -43,8 +43,10 @@ class FailingProcesses:
         A process answers in order, so a command does not overtake an earlier one that is late. The
         commands that a killed process leaves behind take no effect.
         """
+        if not self._attendance.absences and not self._slowed:
+            return list(commands)
         left = [command for command in commands if not self._is_dead(command)]
-        for command in left if self._slowed else ():
+        for command in left:
             delays_ns = [
                 fault.delay_ns
                 for _, fault, vehicles in self._slowed
