@@ -31,7 +31,7 @@ check: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy -p zenvoy
-	$(BIN)/mypy tests benchmarks
+	$(BIN)/mypy tests benchmarks examples/neighbourhood
 
 # Makes docs/api.md from the docstrings of `import zenvoy`; a test fails when it is stale.
 docs: setup
