@@ -22,6 +22,7 @@ from zenvoy.values.wording import capitalized
 _MOST_LINES: Final = len(CYCLE)
 _MOST_NUMBERS: Final = 64  # cells of a heat map that are also written as numbers
 _MOST_TICKS: Final = 10
+_MOST_ROWS: Final = 16  # ticks on a vertical axis, where texts do not run into each other
 _PANELS: Final = 3  # in a row
 
 Floats = NDArray[np.float64]
@@ -159,7 +160,7 @@ def _draw_map(results: Results, measure: str, means: dict[int, Mean]) -> Figure:
         _draw_cells(figure, axis, title, values)
         _ticks(axis.xaxis, columns)
         axis.set_xlabel(_title_of_axis(across))
-    _ticks(axes[0, 0].yaxis, rows)
+    _ticks(axes[0, 0].yaxis, rows, _MOST_ROWS)
     axes[0, 0].set_ylabel(_title_of_axis(up))
     return figure
 
@@ -186,8 +187,8 @@ def _draw_cells(figure: Figure, axis: Any, title: str, values: Floats) -> None:
             )
 
 
-def _ticks(axis: Any, values: list[Any]) -> None:
-    step = -(-len(values) // _MOST_TICKS)
+def _ticks(axis: Any, values: list[Any], most: int = _MOST_TICKS) -> None:
+    step = -(-len(values) // most)
     numbers = range(0, len(values), step)
     labels = [plain(_short(values[number])) for number in numbers]
     axis.set_ticks([number + 0.5 for number in numbers], labels)
