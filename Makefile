@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := keyed_random values links laws scenarios bus vehicles channel world analysis fleet studies cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check docs mutants bench chaos conformance external-cpp picture proto clean
+.PHONY: setup demo test check docs mutants bench chaos soak conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -41,6 +41,10 @@ docs: setup
 # docs/ends.md. Run it on an idle machine, because it also judges how long an end takes.
 chaos: setup
 	$(BIN)/python -m tests.chaos --runs 500
+
+# Tests that take minutes: 10,000 connections at the doors of a run.
+soak: setup
+	$(BIN)/pytest -q -s tests/fleet/soak_intrusions.py
 
 # Changes 10,000 scenarios at random: each is refused with a message, or runs for 2 s without a NaN.
 mutants: setup

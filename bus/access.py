@@ -15,6 +15,7 @@ from zenvoy.bus.topics import (
     TOPICS,
     Topic,
     alive_key,
+    host_key,
     processes_key,
     scenario_key,
     vehicle_name,
@@ -135,6 +136,7 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
 
     names = [*(vehicle_name(vehicle, size) for vehicle in vehicles), *processes]
     tokens = [alive_key(run, name) for name in (names if is_vehicle else [member.role])]
+    tokens += [host_key(run, name) for name in names]
     everyone, world = [alive_key(run)], [alive_key(run, "world")]
     sees = everyone if member.role in SERVERS else world
     state = [scenario_key(run), processes_key(run)]
@@ -148,7 +150,11 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
         ("liveliness_token", "ingress", tokens if member.role != OBSERVER else []),
         ("liveliness_token", "egress", sees),
         ("declare_liveliness_subscriber", "ingress", sees),
-        ("declare_liveliness_subscriber", "egress", dict.fromkeys([*everyone, *world])),
+        (
+            "declare_liveliness_subscriber",
+            "egress",
+            dict.fromkeys([*everyone, *world, host_key(run)]),
+        ),
         ("query", "ingress", asks),
         ("reply", "egress", asks),
         ("declare_queryable", "egress", asks),

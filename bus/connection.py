@@ -37,6 +37,7 @@ class Wiring:
     absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
     shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
     doors: Doors | None = None  # for TLS endpoints
+    patient: bool = False  # whether it waits for the others without a limit before it begins
 
 
 class Connection(ABC):
@@ -308,7 +309,7 @@ class Connection(ABC):
         It is called when a wait has lasted for the stall limit. Before the first step, the process
         waits for a reader or for the start of another process.
         """
-        return self._awaited
+        return None if self._wiring.patient else self._awaited
 
     def _process(self, role: str, vehicle: int) -> str:
         """Return the name of the process of a role, or of a vehicle."""

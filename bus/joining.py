@@ -13,10 +13,12 @@ from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError
 from zenvoy.bus.session import open_session
-from zenvoy.bus.topics import alive_key, processes_key, scenario_key
+from zenvoy.bus.topics import alive_key, host_key, processes_key, scenario_key
 from zenvoy.bus.vehicle_processes import VehicleProcess
 
 Answer = Callable[[], bytes]
+OnArrival = Callable[[str, str, bool], None]
+"""Called with a process, its host ("" where that is unknown), and whether it is there now."""
 
 _HINT: Final = (
     "; nor does it answer a certificate of another authority, of another vehicle, that has "
@@ -36,10 +38,20 @@ class RunState(NamedTuple):
     shared: dict[str, list[int]]
 
 
+def _ignore(_process: str, _host: str, _there: bool) -> None:
+    """Do nothing."""
+
+
 def offer(
-    session: zenoh.Session, run: str, shared: Sequence[VehicleProcess], scenario: Answer
+    session: zenoh.Session,
+    run: str,
+    shared: Sequence[VehicleProcess],
+    scenario: Answer,
+    on_arrival: OnArrival = _ignore,
 ) -> tuple[object, ...]:
     """Answer queries for the state of `run`, as long as the result is kept.
+
+    `on_arrival` is called from a thread of Zenoh.
 
     A joining process cannot see the tokens of other vehicles, because peers relay nothing. The
     world sees all of them.
@@ -48,7 +60,14 @@ def offer(
 
     def note(sample: zenoh.Sample) -> None:
         name = str(sample.key_expr).rpartition("/")[2]
-        (present.add if sample.kind == zenoh.SampleKind.PUT else present.discard)(name)
+        there = sample.kind == zenoh.SampleKind.PUT
+        (present.add if there else present.discard)(name)
+        on_arrival(name, "", there)
+
+    def note_host(sample: zenoh.Sample) -> None:
+        *_, name, host = str(sample.key_expr).split("/")
+        if sample.kind == zenoh.SampleKind.PUT:
+            on_arrival(name, host, True)
 
     def processes() -> bytes:
         several = {process.name: process.vehicles for process in shared}
@@ -56,6 +75,7 @@ def offer(
 
     return (
         session.liveliness().declare_subscriber(alive_key(run), note, history=True),
+        session.liveliness().declare_subscriber(host_key(run), note_host, history=True),
         answer(session, processes_key(run), processes),
         answer(session, scenario_key(run), scenario),
     )

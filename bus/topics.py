@@ -130,6 +130,11 @@ def alive_key(run: str, process: str = "*") -> str:
     return f"zenvoy/{run}/alive/{process}"
 
 
+def host_key(run: str, process: str = "*", host: str = "*") -> str:
+    """Return the key of a token that says on which other machine a process runs."""
+    return f"zenvoy/{run}/on/{process}/{host}"
+
+
 def processes_key(run: str) -> str:
     """Return the key of the queryable for the processes of the run, as JSON."""
     return f"zenvoy/{run}/processes"

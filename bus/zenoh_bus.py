@@ -132,7 +132,9 @@ class ZenohBus(Connection):
 
     def _blame(self, in_any_case: bool) -> Blame | None:
         """Return what is missing; None if the world is late and may still report the stall."""
-        if self._barrier is None or self._joining:
+        if self._barrier is None:
+            return super()._blame(in_any_case)
+        if self._joining:
             return self._awaited
         missing = self._mailbox.missing(self._barrier)
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):

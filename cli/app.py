@@ -15,6 +15,7 @@ from zenvoy.cli.calibrate_command import calibrate
 from zenvoy.cli.certs_command import certs
 from zenvoy.cli.compare_laws_command import COMPARE_LAWS_COMMANDS
 from zenvoy.cli.convoys_command import convoys
+from zenvoy.cli.host_commands import HOST_COMMANDS
 from zenvoy.cli.import_commands import IMPORT
 from zenvoy.cli.log_commands import LOG_COMMANDS
 from zenvoy.cli.mixed_command import MIXED_COMMANDS
@@ -62,6 +63,7 @@ def zenvoy(
 
 for command in (
     *RUN_COMMANDS,
+    *HOST_COMMANDS,
     *SCENARIO_COMMANDS,
     *PREVIEW_COMMANDS,
     *LOG_COMMANDS,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -15,6 +16,7 @@ from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
+from zenvoy.cli.waiting import Waiting
 from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
@@ -32,6 +34,7 @@ def execute(
     errors: Console,
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
+    waiting: Waiting | None = None,
 ) -> int:
     """Run a scenario, and print its summary and its folder; return the exit code."""
     try:
@@ -50,6 +53,13 @@ def execute(
     try:
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
             watch = Watch(on_progress=progress.show, on_loss=on_loss)
+            if waiting is not None:
+                watch = replace(
+                    watch,
+                    on_endpoints=waiting.begin,
+                    on_arrival=waiting.note,
+                    on_idle=waiting.tell,
+                )
             death = run(loaded, folder, engine, watch, guests=guests, per_process=per_process)
     except Interrupted as interrupted:
         errors.print(str(interrupted))
@@ -59,7 +69,9 @@ def execute(
         code = exits.FAILED
     if death is not None:
         code = _code_of(death)
-        _print_death(death, errors, "" if code else "; it had done its work: the run is complete")
+        where = "" if waiting is None else waiting.where(death)
+        done = "" if code else "; it had done its work: the run is complete"
+        _print_death(death, errors, f"{where}{done}")
     if (folder / LOG).exists() and not _summarize(folder, loaded.scenario, console, errors):
         code = code or exits.FAILED
     console.print(f"written to {folder}", highlight=False, soft_wrap=True)

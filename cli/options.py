@@ -82,6 +82,14 @@ CertsOption = Annotated[
 ]
 
 
+InsecureOption = Annotated[
+    bool,
+    typer.Option(
+        "--insecure", help="Listen beyond this machine without TLS, open to anybody there."
+    ),
+]
+
+
 def scenario_of(
     scenario: str,
     overrides: list[str] | None,

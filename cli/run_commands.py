@@ -17,6 +17,7 @@ from zenvoy.cli.options import (
     CertsOption,
     DurationOption,
     EngineName,
+    InsecureOption,
     ScenarioArgument,
     SeedOption,
     SetOption,
@@ -75,10 +76,7 @@ def run(
         ),
     ] = None,
     certs: CertsOption = None,
-    insecure: Annotated[
-        bool,
-        typer.Option("--insecure", help="Listen beyond this machine without TLS: anybody may in."),
-    ] = False,
+    insecure: InsecureOption = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -106,22 +104,9 @@ def run(
             "--without, --listen and --vehicles-per-process need processes; "
             "allowed: --engine processes"
         )
-    from zenvoy.fleet.certificates import CertificatesError, doors_of, members_in
-    from zenvoy.fleet.guests import GuestsError, guests, open_to_all, require_no_faults
+    from zenvoy.cli.opening import guests_of
 
-    size = loaded.scenario.fleet.size
-    try:
-        require_no_faults(without or (), loaded.scenario)
-        others = guests(without or (), listen or (), size, certs, insecure=insecure)
-        if certs is not None:
-            _ = doors_of(certs, "world"), doors_of(certs, "channel"), members_in(certs)
-    except (GuestsError, CertificatesError) as error:
-        refuse(str(error))
-    for endpoint in open_to_all(others.listen):
-        errors.print(
-            f"warning: {endpoint} is open to anybody on the network, who can read all senses and "
-            "command all vehicles"
-        )
+    others = guests_of(without or (), listen or (), loaded.scenario, certs, insecure=insecure)
     from zenvoy.fleet.choice import EngineError, choose
 
     try:

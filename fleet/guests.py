@@ -18,11 +18,13 @@ from typing import Annotated, Final
 from pydantic import AfterValidator, Field, StringConstraints, TypeAdapter, ValidationError
 
 from zenvoy.bus.topics import plain_name
+from zenvoy.fleet.hosts import hosts_here
 from zenvoy.fleet.process_id import ProcessId
 from zenvoy.scenarios import Fault, ProcessFrozen, ProcessKilled, Scenario, faults_of
 
 FILE: Final = "connect.json"
 _TLS: Final = "tls/"
+_EVERYWHERE: Final = ("0.0.0.0", "::")  # all addresses of this machine
 _MAX_BYTES: Final = 65_536
 # Excludes `?` and `#`, which end the address in a Zenoh endpoint.
 _ENDPOINT: Final = re.compile(
@@ -47,6 +49,7 @@ class Guests:
     without: frozenset[int] = frozenset()
     listen: tuple[str, ...] = ()
     certs: Path | None = None
+    all_elsewhere: bool = False  # whether other machines run all vehicles, in their processes
 
 
 NO_GUESTS: Final = Guests()
@@ -138,6 +141,17 @@ def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints
             *(f"{protocol}/{_bracketed(host)}:{port + 1}" for protocol, host, port in addresses),
         ),
     )
+
+
+def from_elsewhere(endpoints: RunEndpoints) -> tuple[str, ...]:
+    """Return an endpoint of the world and one of the channel by which other machines connect."""
+    found = []
+    for several in (endpoints.world, endpoints.channel):
+        protocol, host, port = _address(several[-1])
+        if host in _EVERYWHERE:
+            host = hosts_here()[-1]
+        found.append(f"{protocol}/{_bracketed(host)}:{port}")
+    return tuple(found)
 
 
 def read_endpoints(folder: Path) -> RunEndpoints:

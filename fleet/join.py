@@ -66,7 +66,7 @@ def find(
     run, endpoints = _name_and_endpoints(run, connect)
     doors = None if certs is None else doors_of(certs, f"vehicle-{vehicle}")
     scenario = _scenario(vehicle, run, endpoints, limit_s, doors)
-    _load_code(scenario, allow_code)
+    load_code(scenario, allow_code)
     return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario, doors=doors)
 
 
@@ -107,7 +107,7 @@ def _scenario(
     return scenario
 
 
-def _load_code(scenario: Scenario, allow_code: bool) -> None:
+def load_code(scenario: Scenario, allow_code: bool) -> None:
     """Load the scenario's own code from installed packages or from files in this folder.
 
     A run must not choose which files of this folder are executed, so files need `allow_code`.
@@ -155,7 +155,7 @@ class Guest:
         setproctitle(f"zenvoy {vacancy.name} {vacancy.run}")
         for number in requests_to_end():
             if number != signal.SIGTERM:  # the bus handles that one itself
-                signal.signal(number, lambda *_: _ask_to_end())
+                signal.signal(number, lambda *_: ask_to_end())
         try:
             run_vehicle(scenario, vacancy.vehicle, wiring, begin)
         except StoppedError:
@@ -164,9 +164,9 @@ class Guest:
 
     def _end(self) -> None:
         self._ended = True
-        _ask_to_end()
+        ask_to_end()
 
 
-def _ask_to_end() -> None:
+def ask_to_end() -> None:
     """Send this process SIGTERM, which ends the bus at its next wait."""
     signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)

@@ -1,12 +1,18 @@
-"""The progress of a run, and the pipe through which the world reports it."""
+"""The progress of a run, and the pipe through which the world reports it and who has come."""
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
+
+# The lowest bit of a message's head; the others are the length of the message.
+_CLOCK: Final = 0
+_ARRIVAL: Final = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +33,14 @@ class Progress:
         """Wall time left at this pace, s; 0 while the pace is unknown."""
         left_s = self.duration_s - self.time_s
         return left_s / self.real_time_factor if self.real_time_factor > 0.0 else 0.0
+
+
+class Arrival(NamedTuple):
+    """A process that has come (or gone), and the other machine that it runs on, if it is known."""
+
+    process: str
+    host: str
+    there: bool
 
 
 OnProgress = Callable[[Progress], None]
@@ -56,27 +70,44 @@ def clock_to(write_fd: int, wall_step_ns: int = 100_000_000) -> Callable[[pb.Clo
         if clock.wall_ns - last_ns < wall_step_ns:
             return
         last_ns = clock.wall_ns
-        payload = clock.SerializeToString()
-        try:
-            os.write(write_fd, len(payload).to_bytes(4, "little") + payload)
-        except (BlockingIOError, BrokenPipeError):
-            return  # nobody reads the pipe; the log has the message all the same
+        _write(write_fd, _CLOCK, clock.SerializeToString())
 
     return send
 
 
-class ClockReader:
-    """Reads what `clock_to` sends."""
+def arrivals_to(write_fd: int) -> Callable[[str, str, bool], None]:
+    """Return a function that sends arrivals through the same pipe; it never blocks."""
+
+    def send(process: str, host: str, there: bool) -> None:
+        _write(write_fd, _ARRIVAL, json.dumps([process, host, there]).encode())
+
+    return send
+
+
+def _write(write_fd: int, kind: int, payload: bytes) -> None:
+    """Write a message in one piece, as a pipe takes it if it has at most 4,096 bytes."""
+    try:
+        os.write(write_fd, (len(payload) << 1 | kind).to_bytes(4, "little") + payload)
+    except (BlockingIOError, BrokenPipeError):
+        return  # nobody reads the pipe; the log has the clock all the same
+
+
+class ReportReader:
+    """Reads what `clock_to` and `arrivals_to` send."""
 
     def __init__(self) -> None:
         self._buffer = b""
 
-    def feed(self, data: bytes) -> Iterator[pb.Clock]:
+    def feed(self, data: bytes) -> Iterator[pb.Clock | Arrival]:
         """Take data from the pipe; yield the messages that are now complete."""
         self._buffer += data
         while len(self._buffer) >= 4:
-            end = 4 + int.from_bytes(self._buffer[:4], "little")
+            head = int.from_bytes(self._buffer[:4], "little")
+            end = 4 + (head >> 1)
             if len(self._buffer) < end:
                 return
             message, self._buffer = self._buffer[4:end], self._buffer[end:]
-            yield pb.Clock.FromString(message)
+            if head & 1 == _CLOCK:
+                yield pb.Clock.FromString(message)
+            else:
+                yield Arrival(*json.loads(message))

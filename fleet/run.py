@@ -17,11 +17,18 @@ from zenvoy.fleet.alone import run_alone
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.engine import Engine
 from zenvoy.fleet.folder import LOG, LOGS
-from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, endpoints_of
+from zenvoy.fleet.guests import FILE, NO_GUESTS, Guests, RunEndpoints, endpoints_of
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.limits import require_no_session, require_room_for
-from zenvoy.fleet.progress import ClockReader, OnProgress, clock_to, progress_of
+from zenvoy.fleet.progress import (
+    Arrival,
+    OnProgress,
+    ReportReader,
+    arrivals_to,
+    clock_to,
+    progress_of,
+)
 from zenvoy.fleet.rehearsal import rehearse
 from zenvoy.fleet.sockets import socket_folder
 from zenvoy.fleet.supervisor import Supervisor
@@ -39,11 +46,16 @@ def _ignore(_: object) -> None:
 class Watch:
     """Callbacks during a run; by default they do nothing.
 
+    `on_endpoints` is called before processes start, `on_arrival` when one has come or gone,
+    and `on_idle` when nothing has happened for half a second.
     `on_loss` is called when a vehicle process dies and the run, in real time, goes on without it.
     """
 
     on_progress: OnProgress = _ignore
     on_loss: Callable[[Death], None] = _ignore
+    on_endpoints: Callable[[RunEndpoints], None] = _ignore
+    on_arrival: Callable[[Arrival], None] = _ignore
+    on_idle: Callable[[], None] = lambda: None
 
 
 _NO_WATCH: Final = Watch()
@@ -94,11 +106,14 @@ def _run_on_processes(
     labels = labels_of(loaded, "zenoh", per_process)
     endpoints = endpoints_of(labels.run, sockets, guests.listen)
     rehearse(scenario)
-    reader = ClockReader()
+    reader = ReportReader()
 
     def show(data: bytes) -> None:
-        for clock in reader.feed(data):
-            watch.on_progress(progress_of(clock, scenario.duration_s))
+        for report in reader.feed(data):
+            if isinstance(report, Arrival):
+                watch.on_arrival(report)
+            else:
+                watch.on_progress(progress_of(report, scenario.duration_s))
 
     read_fd, write_fd = os.pipe()
     supervisor: Supervisor | None = None
@@ -113,11 +128,14 @@ def _run_on_processes(
             guests.without,
             per_process,
             guests.certs,
+            on_arrival=arrivals_to(write_fd),
+            all_elsewhere=guests.all_elsewhere,
         )
         endpoints.write(folder)
+        watch.on_endpoints(endpoints)
         supervisor = Supervisor(table, folder / LOGS, scenario.stall_limit_s)
         with supervisor:
-            death = supervisor.watch(read_fd, show, watch.on_loss)
+            death = supervisor.watch(read_fd, show, watch.on_loss, watch.on_idle)
         return death._replace(complete=True) if death and supervisor.completed else death
     except KeyboardInterrupt:
         complete = supervisor is not None and supervisor.completed

@@ -35,15 +35,24 @@ _FROZEN: Final = "stalled: a signal or a debugger has stopped it"
 
 
 class Supervisor:
-    """Runs programs until the first of them, the leader, has ended.
+    """Runs programs until the first of them, the leader, has ended; or all, if `all_lead`.
 
     A program that ends before the leader counts as dead unless its exit status is DONE. So does one
     that has been frozen for `stall_limit_s`. Use it as a context manager: no child outlives the
     context, and `completed` says whether the leader has done its work.
     """
 
-    def __init__(self, programs: Sequence[Program], logs: Path, stall_limit_s: float) -> None:
+    def __init__(
+        self,
+        programs: Sequence[Program],
+        logs: Path,
+        stall_limit_s: float,
+        *,
+        all_lead: bool = False,
+    ) -> None:
         self._programs = programs
+        self._leaders = list(programs if all_lead else programs[:1])
+        self._working = [leader.name for leader in self._leaders]
         self._logs = logs
         self._children: dict[int, Child] = {}
         self._selector = selectors.DefaultSelector()
@@ -96,10 +105,15 @@ class Supervisor:
             self._earlier_sigchld = signal.signal(signal.SIGCHLD, signal.SIG_DFL)
 
     def watch(
-        self, pipe: int, on_data: Callable[[bytes], None], on_loss: Callable[[Death], None]
+        self,
+        pipe: int,
+        on_data: Callable[[bytes], None],
+        on_loss: Callable[[Death], None],
+        on_idle: Callable[[], None] = lambda: None,
     ) -> Death | None:
         """Pass data from the pipe to `on_data` until the leader ends.
 
+        `on_idle` is called when nothing has happened for half a second.
         The first death of an essential program ends the watch and is returned; other deaths go to
         `on_loss`. Until the first data has arrived, every program is essential.
         """
@@ -108,6 +122,8 @@ class Supervisor:
         try:
             while True:
                 ready = [key.fd for key, _ in self._selector.select(_CHECK_EVERY_S)]
+                if not ready:
+                    on_idle()
                 if pipe in ready:
                     data = os.read(pipe, 65_536)
                     begun = True
@@ -193,13 +209,15 @@ class Supervisor:
         self._selector.unregister(pidfd)
         os.close(pidfd)
         code = os.waitstatus_to_exitcode(status)
-        self.completed |= code == DONE and child.program is self._programs[0]
+        if code == DONE and child.program.name in self._working:
+            self._working.remove(child.program.name)
+        self.completed = not self._working
         return code
 
     def _end_all(self) -> None:
         """Let the leader finish the log while the others still run, then end the others."""
         everyone = list(self._children.values())
-        leaders = [child for child in everyone if child.program is self._programs[0]]
+        leaders = [child for child in everyone if child.program in self._leaders]
         for group in (leaders, everyone):
             self._ask(group, signal.SIGTERM)
             self._await(group, _END_LIMIT_S)

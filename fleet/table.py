@@ -13,6 +13,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.access import SERVERS, access_control
 from zenvoy.bus.connection import Wiring
+from zenvoy.bus.joining import OnArrival
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
@@ -45,19 +46,27 @@ def process_table(
     without: frozenset[int] = frozenset(),
     per_process: int = 1,
     certs: Path | None = None,
+    *,
+    on_arrival: OnArrival,
+    all_elsewhere: bool = False,
 ) -> list[Program]:
     """Return the programs of a run in the order of their start, except vehicles in `without`.
 
     In lock-step the run waits for those vehicles; in real time they may join at any time. `certs`
-    is the folder of the certificates, if there is an endpoint with TLS.
+    is the folder of the certificates, if there is an endpoint with TLS. If all vehicles run
+    elsewhere, world and channel wait for them without a limit.
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
     realtime = scenario.clock == "realtime"
-    placed = vehicle_processes(size, per_process, without)
-    shared = tuple(process for process in placed if process.is_shared)
+    remote = vehicle_processes(size, per_process) if all_elsewhere else ()
+    placed = () if all_elsewhere else vehicle_processes(size, per_process, without)
+    shared = tuple(process for process in (*placed, *remote) if process.is_shared)
     guests = tuple(vehicle_name(vehicle, size) for vehicle in sorted(without))
-    awaited = (*(process.name for process in placed), *(() if realtime else guests))
+    awaited = (
+        *(process.name for process in (*placed, *remote)),
+        *(() if realtime else guests),
+    )
     absent = without if realtime else frozenset[int]()
     has_own_code = scenario.estimator.kind not in ESTIMATORS.taken() or any(
         model not in builtin() for model in modes(scenario)
@@ -78,6 +87,7 @@ def process_table(
         absent=absent,
         shared_processes=shared,
         doors=doors.get("world"),
+        patient=all_elsewhere,
     )
     channel_wiring = Wiring(
         run=labels.run,
@@ -89,6 +99,7 @@ def process_table(
         absent=absent,
         shared_processes=shared,
         doors=doors.get("channel"),
+        patient=all_elsewhere,
     )
     wiring = Wiring(
         run=labels.run, vehicles=vehicles, connect=endpoints.connect, shared_processes=shared
@@ -107,6 +118,7 @@ def process_table(
                 log,
                 world_wiring,
                 on_clock,
+                on_arrival,
             ),
             on_orphaned=signal.SIGTERM,  # so that it finishes the log
         ),

@@ -35,12 +35,18 @@ def run_vehicle(
         _drive(ZenohBus(LockStepVehicle(scenario, vehicle, life), wiring), on_joined)
 
 
-def run_vehicles(scenario: Scenario, process: VehicleProcess, wiring: Wiring) -> None:
+def run_vehicles(
+    scenario: Scenario,
+    process: VehicleProcess,
+    wiring: Wiring,
+    on_joined: Callable[[zenoh.Session], None] = lambda _: None,
+) -> None:
     """Drive the vehicles of a process as `run_vehicle` drives one."""
     if scenario.clock == "realtime":
-        _drive(RealtimeBus(RealtimeVehicles(scenario, process), wiring, scenario.speed))
+        agents = RealtimeVehicles(scenario, process)
+        _drive(RealtimeBus(agents, wiring, scenario.speed), on_joined)
     else:
-        _drive(ZenohBus(LockStepVehicles(scenario, process), wiring))
+        _drive(ZenohBus(LockStepVehicles(scenario, process), wiring), on_joined)
 
 
 def _drive(

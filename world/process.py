@@ -11,7 +11,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError
-from zenvoy.bus.joining import offer
+from zenvoy.bus.joining import OnArrival, offer
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
 from zenvoy.bus.zenoh_bus import ZenohBus
@@ -28,9 +28,11 @@ def run_world(
     path: Path,
     wiring: Wiring,
     on_clock: Callable[[pb.Clock], None],
+    on_arrival: OnArrival,
 ) -> None:
     """Run the world and log to the end of the run; raises BusError, or OSError for a full disk.
 
+    `on_clock` and `on_arrival` tell the caller of its progress, and of processes that come and go.
     The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
     give_back_large_blocks()
@@ -47,7 +49,8 @@ def run_world(
         offered: list[object] = []
 
         def on_open(session: zenoh.Session) -> None:
-            offered.extend(offer(session, wiring.run, wiring.shared_processes, lambda: effective))
+            state = (wiring.run, wiring.shared_processes, lambda: effective)
+            offered.extend(offer(session, *state, on_arrival))
 
         bus.on_open = on_open
         try:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenvoy.bus.access import Member, access_control, member_of
-from zenvoy.bus.topics import TOPICS, alive_key, processes_key, scenario_key, vehicle_name
+from zenvoy.bus.topics import TOPICS, alive_key, host_key, processes_key, scenario_key, vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 
 SIZE: Final = 12
@@ -94,6 +94,8 @@ def test_a_member_shows_no_token_but_its_own(name: str, other: int) -> None:
     own = MEMBERS[name].vehicles
     assert allows(name, "liveliness_token", "ingress", token) == (other in own)
     assert allows("observer", "liveliness_token", "ingress", token) is False
+    on = host_key("r", vehicle_name(other, SIZE), "beta")
+    assert allows(name, "liveliness_token", "ingress", on) == (other in own)
 
 
 @pytest.mark.parametrize("key", [scenario_key("r"), processes_key("r")])

@@ -59,9 +59,9 @@ def knock(door: tuple[str, int], times: int) -> int:
     for _ in range(times):
         with suppress(OSError), socket.create_connection(door, timeout=0.5) as raw:
             reached += 1
-            raw.settimeout(0.001)
-            with suppress(OSError):
-                unchecked.wrap_socket(raw)
+            raw.settimeout(0.02)
+            with unchecked.wrap_socket(raw, do_handshake_on_connect=False) as secured:
+                secured.do_handshake()
     return reached
 
 

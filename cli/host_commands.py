@@ -1,0 +1,137 @@
+"""The commands that spread a run over several machines.
+
+Each command imports its own dependencies; app.py says why.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from zenvoy.cli.options import (
+    AllowCodeOption,
+    CertsOption,
+    DurationOption,
+    InsecureOption,
+    ScenarioArgument,
+    SeedOption,
+    SetOption,
+    StrictOption,
+    print_notes,
+    scenario_of,
+)
+from zenvoy.cli.streams import flush
+from zenvoy.cli.terminal import console, errors, refuse
+from zenvoy.fleet.requests import interruptible
+
+_SPAN: Final = re.compile(r"([1-9][0-9]{0,6})(?:-([1-9][0-9]{0,6}))?", re.ASCII)
+
+
+def serve(
+    scenario: ScenarioArgument,
+    listen: Annotated[
+        list[str],
+        typer.Option(
+            metavar="tls/HOST:PORT",
+            help="Where the world listens, and the channel on the next port; repeatable.",
+        ),
+    ],
+    overrides: SetOption = None,
+    seed: SeedOption = None,
+    duration_s: DurationOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the run [default: runs/<time>-<scenario>].")
+    ] = None,
+    per_process: Annotated[
+        int,
+        typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
+    ] = 1,
+    certs: CertsOption = None,
+    insecure: InsecureOption = False,
+    strict: StrictOption = False,
+    allow_code: AllowCodeOption = False,
+) -> None:
+    """Run the world and the channel of a scenario, whose vehicles other machines drive.
+
+    The run begins when zenvoy join has brought all vehicles.
+    """
+    loaded = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code)
+    if loaded.scenario.clock == "realtime":
+        refuse("clock: realtime needs the clock of one machine; allowed: lock-step")
+    if per_process < 1:
+        refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    from zenvoy.bus.vehicle_processes import vehicle_processes
+    from zenvoy.cli.execute import execute
+    from zenvoy.cli.opening import guests_of
+    from zenvoy.cli.waiting import Waiting
+    from zenvoy.fleet.muster import Muster
+
+    size = loaded.scenario.fleet.size
+    guests = guests_of((), listen, loaded.scenario, certs, insecure=insecure, all_elsewhere=True)
+    print_notes(loaded, strict)
+    waiting = Waiting(Muster(vehicle_processes(size, per_process)), console, certs)
+    with interruptible():
+        code = execute(
+            loaded, out, "processes", console, errors, guests, per_process, waiting=waiting
+        )
+    raise typer.Exit(code)
+
+
+def join(
+    run: Annotated[str, typer.Option(help="Name of the run, as zenvoy serve prints it.")],
+    connect: Annotated[
+        list[str],
+        typer.Option(
+            metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
+        ),
+    ],
+    vehicles: Annotated[str, typer.Option(metavar="N-M", help="The vehicles to drive here.")],
+    per_process: Annotated[
+        int | None,
+        typer.Option(
+            "--vehicles-per-process",
+            help="Vehicles that share a process, as zenvoy serve has it [default: the same].",
+        ),
+    ] = None,
+    certs: CertsOption = None,
+    host: Annotated[
+        str | None, typer.Option(help="Name of this machine in messages [default: its own].")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of text logs [default: runs/<time>-join-N-M].")
+    ] = None,
+    timeout_s: Annotated[
+        float,
+        typer.Option(help="Longest wait for an answer of the run, s.", min=0.1, max=86_400),
+    ] = 10.0,
+    allow_code: AllowCodeOption = False,
+) -> None:
+    """Drive a share of the vehicles of a run that zenvoy serve has started."""
+    found = _SPAN.fullmatch(vehicles)
+    if found is None or int(found[2] or found[1]) < int(found[1]):
+        refuse(f"--vehicles {vehicles}: is not N or N-M with 1 <= N <= M, as 21-40")
+    span = range(int(found[1]), int(found[2] or found[1]) + 1)
+    from zenvoy.cli.sharing import join_share
+
+    with interruptible():
+        code = join_share(
+            span,
+            run,
+            connect,
+            timeout_s,
+            certs,
+            console,
+            errors,
+            out=out,
+            per_process=per_process,
+            host=host,
+            allow_code=allow_code,
+        )
+    os._exit(flush(code))
+
+
+HOST_COMMANDS = (serve, join)

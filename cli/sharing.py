@@ -1,0 +1,72 @@
+"""`zenvoy join`: drive a share of the vehicles of a run, to its exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from zenvoy.cli import exits
+from zenvoy.fleet.certificates import CertificatesError
+from zenvoy.fleet.ends import shortage_of
+from zenvoy.fleet.folder import LOGS, FolderError, make_folder
+from zenvoy.fleet.interruption import Interrupted
+from zenvoy.fleet.join import JoinError
+from zenvoy.fleet.muster import spans
+from zenvoy.fleet.share import Share, find_share, run_share
+
+
+def join_share(
+    vehicles: range,
+    run: str,
+    connect: Sequence[str],
+    limit_s: float,
+    certs: Path | None,
+    console: Console,
+    errors: Console,
+    *,
+    out: Path | None,
+    per_process: int | None,
+    host: str | None,
+    allow_code: bool,
+) -> int:
+    """Join a run with some vehicles, and drive them to its end; return the exit code."""
+    try:
+        share = find_share(
+            vehicles,
+            run,
+            connect,
+            limit_s,
+            certs,
+            per_process=per_process,
+            host=host,
+            allow_code=allow_code,
+        )
+        folder = make_folder(out, f"join-{vehicles[0]}-{vehicles[-1]}")
+    except (JoinError, CertificatesError, FolderError) as error:
+        errors.print(str(error))
+        return exits.BAD_INPUT
+    return _drive(share, vehicles, folder, console, errors)
+
+
+def _drive(share: Share, vehicles: range, folder: Path, console: Console, errors: Console) -> int:
+    what = f"vehicles {spans(vehicles)} in {len(share.processes)} processes"
+
+    def on_started() -> None:
+        console.print(f"{what} are joining {share.run}", highlight=False, soft_wrap=True)
+
+    try:
+        death = run_share(share, folder / LOGS, on_started)
+    except Interrupted:
+        return exits.INTERRUPTED
+    except OSError as error:
+        errors.print(f"the vehicles cannot go on: {shortage_of(error)}")
+        return exits.FAILED
+    if death is not None:
+        errors.print(str(death))
+        for line in death.tail:
+            errors.print(f"  {line}")
+        return exits.FAILED if death.refused else exits.PROCESS_LOST
+    console.print("the run has ended")
+    return exits.OK

@@ -1,0 +1,200 @@
+"""The vehicles of a run that this machine drives."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import zenoh
+from pydantic import ValidationError
+
+from zenvoy.bus.connection import Wiring
+from zenvoy.bus.doors import Doors
+from zenvoy.bus.errors import NoAnswerError, StoppedError
+from zenvoy.bus.joining import at_end
+from zenvoy.bus.topics import host_key, plain_name, vehicle_name
+from zenvoy.bus.vehicle_processes import VehicleProcess
+from zenvoy.fleet.asking import ask_in_child
+from zenvoy.fleet.certificates import doors_of
+from zenvoy.fleet.ends import Death
+from zenvoy.fleet.interruption import Interrupted
+from zenvoy.fleet.join import JoinError, ask_to_end, load_code
+from zenvoy.fleet.spawn import Program
+from zenvoy.fleet.supervisor import Supervisor
+from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.preparation import prepare
+from zenvoy.vehicles.process import run_vehicle, run_vehicles
+
+_NOT_PLAIN: Final = re.compile(r"[^\w.-]", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Share:
+    """The processes of a run that this machine starts, and how they enter."""
+
+    run: str
+    connect: tuple[str, ...]
+    scenario: Scenario
+    processes: tuple[VehicleProcess, ...]
+    shared: tuple[VehicleProcess, ...]  # of the whole run
+    doors: Mapping[str, Doors]  # by process
+    host: str
+
+
+def find_share(
+    vehicles: range,
+    run: str,
+    connect: Sequence[str],
+    limit_s: float,
+    certs: Path | None,
+    *,
+    per_process: int | None = None,
+    host: str | None = None,
+    allow_code: bool = False,
+) -> Share:
+    """Ask a run for its scenario, and return the share with these vehicles.
+
+    Raises JoinError, CertificatesError.
+    """
+    try:
+        plain_name(run)
+    except ValueError as error:
+        raise JoinError(f"--run: {error}") from error
+    group = f"vehicles-{vehicles[0]}-{vehicles[-1]}"
+    if certs is None or len(vehicles) == 1 or not (certs / f"{group}.pem").exists():
+        group = f"vehicle-{vehicles[0]}"
+    first = None if certs is None else doors_of(certs, group)
+    try:
+        state = ask_in_child(run, connect, limit_s, first)
+        scenario = Scenario.model_validate_json(state.scenario)
+    except NoAnswerError as error:
+        raise JoinError(f"--run {run}: {error}") from error
+    except ValidationError as error:
+        raise JoinError(f"--run {run}: its scenario is from another version of Zenvoy") from error
+    if scenario.clock == "realtime":
+        raise JoinError(
+            f"--run {run}: is in real time, which needs the clock of one machine; allowed: "
+            "lock-step"
+        )
+    shared = tuple(VehicleProcess(name, tuple(ids)) for name, ids in state.shared.items())
+    processes = _processes_of(vehicles, scenario.fleet.size, shared)
+    _check(processes, state.present, per_process)
+    load_code(scenario, allow_code)
+    doors: dict[str, Doors] = {}
+    if certs is not None:
+        for process in processes:
+            own = f"vehicle-{process.vehicles[0]}" if group.startswith("vehicle-") else group
+            if process.is_shared and own != group:
+                raise JoinError(
+                    f"--certs {certs}: has no vehicles-{vehicles[0]}-{vehicles[-1]}.pem, which the "
+                    f"process {process.name} needs; zenvoy certs --group makes it"
+                )
+            doors[process.name] = doors_of(certs, own)
+    return Share(
+        run=run,
+        connect=tuple(connect),
+        scenario=scenario,
+        processes=processes,
+        shared=shared,
+        doors=doors,
+        host=_NOT_PLAIN.sub("-", host or socket.gethostname())[:100] or "unnamed",
+    )
+
+
+def _processes_of(
+    vehicles: range, size: int, shared: Sequence[VehicleProcess]
+) -> tuple[VehicleProcess, ...]:
+    """Return the processes of the run with these vehicles; raises JoinError for parts of one."""
+    if not 1 <= vehicles[0] <= vehicles[-1] <= size:
+        ends = f"{vehicles[0]}-{vehicles[-1]}"
+        raise JoinError(f"--vehicles {ends}: is not in [1, {size}], the vehicles of the run")
+    found = [process for process in shared if set(process.vehicles) & set(vehicles)]
+    for process in found:
+        if not set(process.vehicles) <= set(vehicles):
+            raise JoinError(
+                f"--vehicles {vehicles[0]}-{vehicles[-1]}: has only a part of the process "
+                f"{process.name}; allowed: all of its vehicles or none"
+            )
+    placed = {vehicle for process in found for vehicle in process.vehicles}
+    alone = [one for one in vehicles if one not in placed]
+    found += [VehicleProcess(vehicle_name(one, size), (one,)) for one in alone]
+    return tuple(sorted(found, key=lambda process: process.vehicles))
+
+
+def _check(
+    processes: Sequence[VehicleProcess], present: frozenset[str], per_process: int | None
+) -> None:
+    """Raise JoinError if a process is there already, or the run has other processes than asked."""
+    for process in processes:
+        if process.name in present:
+            raise JoinError(f"--vehicles: {process.name} is in the run already")
+    largest = max(len(process.vehicles) for process in processes)
+    if per_process is not None and largest > per_process:
+        raise JoinError(
+            f"--vehicles-per-process {per_process}: the run has {largest}; zenvoy serve sets it "
+            "for all machines"
+        )
+
+
+def run_share(share: Share, logs: Path, on_started: Callable[[], None]) -> Death | None:
+    """Drive the vehicles of a share to the end of the run; return a process that died first.
+
+    Raises Interrupted, and OSError if the system lacks something for it.
+    """
+    programs = [
+        Program(name=process.name, run=share.run, main=partial(_drive, share, process))
+        for process in share.processes
+    ]
+    prepare(share.scenario)
+    read_fd, write_fd = os.pipe()  # nothing is reported through it
+    supervisor = Supervisor(programs, logs, share.scenario.stall_limit_s, all_lead=True)
+    try:
+        with supervisor:
+            on_started()
+            return supervisor.watch(read_fd, lambda _: None, lambda _: None)
+    except KeyboardInterrupt:
+        raise Interrupted(complete=supervisor.completed) from None
+    finally:
+        os.close(read_fd)
+        os.close(write_fd)
+
+
+def _drive(share: Share, process: VehicleProcess) -> None:
+    """Drive the vehicles of a process to the end of the run; raises BusError.
+
+    It waits for the rest of the fleet without a limit, and ends when the world does.
+    """
+    ended = threading.Event()
+    kept: list[object] = []
+
+    def end() -> None:
+        ended.set()
+        ask_to_end()
+
+    def begin(session: zenoh.Session) -> None:
+        key = host_key(share.run, process.name, share.host)
+        kept.append(session.liveliness().declare_token(key))
+        kept.append(at_end(session, share.run, end))
+
+    wiring = Wiring(
+        run=share.run,
+        vehicles=range(1, share.scenario.fleet.size + 1),
+        connect=share.connect,
+        shared_processes=share.shared,
+        doors=share.doors.get(process.name),
+    )
+    try:
+        if process.is_shared:
+            run_vehicles(share.scenario, process, wiring, begin)
+        else:
+            run_vehicle(share.scenario, process.vehicles[0], wiring, begin)
+    except StoppedError:
+        if not ended.is_set():
+            raise

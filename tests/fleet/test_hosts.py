@@ -1,0 +1,110 @@
+"""`zenvoy serve` starts a run whose vehicles other machines drive, and `zenvoy join` drives them.
+
+Here the machines are commands of this one, which connect over TLS.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.conftest import LIMIT_S, Command, command, read_log, wait_until, zenvoy
+from tests.fleet.joining import free_ports, meeting
+
+STEPPED: Final = """
+duration_s: 20
+fleet: {size: 8}
+channel: {loss: {p: 0.1}}
+"""
+LONG: Final = STEPPED.replace("duration_s: 20", "duration_s: 100000")
+
+
+@contextmanager
+def serving(folder: Path, scenario: str, *options: str) -> Iterator[tuple[Command, list[str]]]:
+    """Serve a scenario with locked doors; yield the command, and options by which to join it."""
+    (folder / "s.yaml").write_text(scenario)
+    groups = ("--group", "1-4", "--group", "5-8")
+    assert zenvoy(folder, "certs", "keys", "--vehicles", "8", *groups).code == 0
+    doors = [f"tls/127.0.0.1:{port}" for port in free_ports()]
+    locked = ("--listen", doors[0], "--certs", "keys", "--out", "out")
+    with command(folder, "serve", "s.yaml", *locked, *options) as started:
+        wait_until((folder / "out" / "connect.json").exists, "it says where to connect to")
+        there = ["--run", meeting(folder)["run"], "--connect", doors[0], "--connect", doors[1]]
+        patient = ["--timeout-s", f"{LIMIT_S:g}"]
+        yield started, [*there, "--certs", str(folder / "keys"), *patient]
+
+
+@contextmanager
+def host(folder: Path, name: str, vehicles: str, *options: str) -> Iterator[Command]:
+    """Join a run with some vehicles, as a machine of this name."""
+    (folder / name).mkdir()
+    share = ("--vehicles", vehicles, "--host", name, "--out", "out")
+    with command(folder / name, "join", *share, *options) as started:
+        yield started
+
+
+@pytest.mark.parametrize("per_process", ["1", "2"])
+def test_two_machines_write_the_log_of_one(tmp_path: Path, per_process: str) -> None:
+    shared = ("--vehicles-per-process", per_process)
+    (tmp_path / "s.yaml").write_text(STEPPED)
+    assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0
+    with serving(tmp_path, STEPPED, *shared) as (served, there):
+        with host(tmp_path, "alpha", "1-4", *there) as first:
+            wait_until(lambda: "missing: vehicles 5-8\n" in served.out, "it says who is missing")
+            with host(tmp_path, "beta", "5-8", *there, *shared) as late:
+                assert (late.wait().code, first.wait().code) == (0, 0)
+        outcome = served.wait()
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.startswith("waiting for vehicles 1-8; to join, on any machine:\n")
+    assert "the fleet is complete\n" in outcome.out
+    logs = [read_log(tmp_path / name / "run.mcap") for name in ("alone", "out")]
+    assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
+    for role in ("world", "channel"):
+        assert (tmp_path / "out" / "logs" / f"{role}.log").read_text() == ""  # nobody was refused
+
+
+def test_a_machine_that_is_lost_is_named(tmp_path: Path) -> None:
+    short = ("--set", "stall_limit_s=2")
+    with (
+        serving(tmp_path, LONG, *short) as (served, there),
+        host(tmp_path, "alpha", "1-4", *there),
+        host(tmp_path, "beta", "5-8", *there) as lost,
+    ):
+        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        lost.send_to_group(signal.SIGKILL)
+        outcome = served.wait()
+    assert outcome.code == 3
+    assert re.match(r"vehicle-0[5-8]( and . more)? stalled: .* \(on beta\)\n", outcome.err)
+
+
+def test_what_does_not_fit_a_run_is_refused(tmp_path: Path) -> None:
+    with serving(tmp_path, LONG, "--vehicles-per-process", "4") as (_, there):
+
+        def refused(*options: str) -> str:
+            outcome = zenvoy(tmp_path, "join", *there, *options)
+            assert (outcome.code, outcome.out) == (2, "")
+            return outcome.err
+
+        assert refused("--vehicles", "1-9").startswith("--vehicles 1-9: is not in [1, 8], the")
+        assert refused("--vehicles", "3-8").startswith(
+            "--vehicles 3-8: has only a part of the process vehicles-01-04; allowed: all of its"
+        )
+        assert refused("--vehicles", "1-4", "--vehicles-per-process", "2") == (
+            "--vehicles-per-process 2: the run has 4; zenvoy serve sets it for all machines\n"
+        )
+        assert refused("--vehicles", "1-8").startswith(f"--certs {tmp_path}/keys: has no vehicles-")
+        line = "--vehicles 0-4: is not N or N-M with 1 <= N <= M, as 21-40\n"
+        assert refused("--vehicles", "0-4") == line
+
+
+def test_serving_in_real_time_is_refused(tmp_path: Path) -> None:
+    realtime = ("--set", "clock=realtime", "--listen", "tcp/127.0.0.1:7447")
+    outcome = zenvoy(tmp_path, "serve", "quickstart", *realtime)
+    line = "clock: realtime needs the clock of one machine; allowed: lock-step\n"
+    assert (outcome.code, outcome.err) == (2, line)
