@@ -70,7 +70,12 @@ def certs(
     if any(member.role == "world" for member in made):
         say(f"world and channel are {', '.join(reached)}")
     say(f"here: zenvoy run SCENARIO --listen tls/0.0.0.0:7447 --certs {folder}")
-    say("a vehicle elsewhere needs authority.pem and its own two files, such as vehicle-7.*")
+    drivers = [member.name for member in made if member.role == "vehicle"]
+    if drivers:
+        say(
+            f"a vehicle elsewhere needs authority.pem and its own two files, as {drivers[-1]}.*; "
+            "authority.key stays here"
+        )
 
 
 def _checked(group: str) -> str:

@@ -51,7 +51,9 @@ def join_share(
 
 
 def _drive(share: Share, vehicles: range, folder: Path, console: Console, errors: Console) -> int:
-    what = f"vehicles {spans(vehicles)} in {len(share.processes)} processes"
+    count = len(share.processes)
+    processes = "1 process" if count == 1 else f"{count} processes"
+    what = f"vehicles {spans(vehicles)} in {processes}"
 
     def on_started() -> None:
         console.print(f"{what} are joining {share.run}", highlight=False, soft_wrap=True)
