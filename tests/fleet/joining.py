@@ -7,11 +7,12 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from tests.conftest import Command, Log, command, read_log
 from zenvoy.bus import messages_pb2 as pb
 
+_RESERVED: Final[list[socket.socket]] = []  # open as long as this process lives
 # Far longer than any test waits.
 LONG = """
 duration_s: 100000
@@ -71,13 +72,21 @@ def commanded(folder: Path, vehicle: int) -> list[pb.RealTime]:
 
 
 def free_ports() -> tuple[int, int]:
-    """Return two successive ports on which nobody listens."""
-    for port in range(7447, 7647, 2):
-        with socket.socket() as first, socket.socket() as second:
-            try:
+    """Return two successive ports on which nobody listens, and which no other test gets.
+
+    A socket of an abstract name, which ends with this process, reserves them among all processes of
+    this machine: between this call and the run that listens, another test could take them.
+    """
+    for port in range(7447, 9447, 2):
+        mine = socket.socket(socket.AF_UNIX)
+        try:
+            mine.bind(f"\0zenvoy-test-port-{port}")
+            with socket.socket() as first, socket.socket() as second:
                 first.bind(("127.0.0.1", port))
                 second.bind(("127.0.0.1", port + 1))
-            except OSError:
-                continue
+        except OSError:
+            mine.close()
+            continue
+        _RESERVED.append(mine)
         return port, port + 1
     raise AssertionError("no free ports")
