@@ -96,7 +96,7 @@ class Mailbox:
         """Remove and return the messages of a met barrier, in the barrier's order of vehicles."""
         mail: dict[Topic[Any], list[tuple[Any, bytes]]] = {}
         for topic, ids in barrier.needs:
-            slot = self._mail.pop((topic, barrier.cycle))
+            slot = self._mail.pop((topic, barrier.cycle), {})  # nobody may be needed
             self._taken[topic] = barrier.cycle
             mail[topic] = [slot[vehicle] for vehicle in ids]
         return Inbox(mail)

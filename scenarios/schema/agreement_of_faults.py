@@ -49,6 +49,9 @@ def _changes_nothing(key: str, fault: Amounts) -> Problem:
 def _ends(fault: ProcessKilled, key: str, scenario: Scenario) -> Iterator[Problem]:
     """Check that a killed vehicle comes back if and only if vehicles are restarted."""
     loss, related = scenario.on_vehicle_loss, ("on_vehicle_loss", key)
+    if fault.start_ns == 0:
+        text = "0 is before the first cycle, so there is no process yet; allowed: later"
+        yield Problem(key=f"{key}.at_s", text=text)
     if loss == "restart" and fault.duration_s is None:
         text = "missing; on_vehicle_loss is restart, which needs it"
         yield Problem(key=f"{key}.duration_s", text=text, related=related)

@@ -81,11 +81,11 @@ class Attendance:
         ]
 
     def joining_at(self, cycle: int) -> list[int]:
-        """Return the vehicles that new processes drive from a cycle on, in order."""
+        """Return the vehicles that new processes drive from a cycle of the run on, in order."""
         return [
             vehicle
             for vehicle in sorted(self.absences)
-            if any(absence.end == cycle for absence in self.kills(vehicle))
+            if any(absence.end == cycle < self._cycles for absence in self.kills(vehicle))
         ]
 
 

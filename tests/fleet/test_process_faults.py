@@ -159,6 +159,12 @@ def test_a_slowed_vehicle_acts_later_and_in_order(tmp_path: Path) -> None:
             "faults.0.type: process-frozen needs clock: lock-step",
         ),
         (
+            {},
+            {"type": "process-killed", "at_s": 0.0},
+            "faults.0.at_s: 0 is before the first cycle, so there is no process yet; allowed: "
+            "later",
+        ),
+        (
             {"on_vehicle_loss": "restart"},
             {"type": "process-killed"},
             "faults.0.duration_s: missing; on_vehicle_loss is restart, which needs it",
@@ -175,8 +181,18 @@ def test_what_does_not_go_together_is_refused(
     settings: dict[str, Any], fault: dict[str, Any], line: str
 ) -> None:
     with pytest.raises(ValueError, match="faults") as refused:
-        scenario_with([{**fault, "vehicles": 3, "at_s": 1.0}], **settings)
+        scenario_with([{"vehicles": 3, "at_s": 1.0, **fault}], **settings)
     assert line in str(refused.value)
+
+
+@pytest.mark.parametrize("policy", ["coast", "restart"])
+def test_all_vehicles_may_be_gone_at_once(tmp_path: Path, policy: str) -> None:
+    lasts = ", duration_s: 1" if policy == "restart" else ""
+    fault = f"{{type: process-killed, vehicles: all, at_s: 2{lasts}}}"
+    text = f"{LOSS.replace('6', '4')}on_vehicle_loss: {policy}\nfaults: [{fault}]\n"
+    logs = {name: run(tmp_path / name, text, *options) for name, options in ENGINES.items()}
+    assert len({log.result["fingerprint"] for log in logs.values()}) == 1
+    assert logs["alone"].result["cycles"] == "40"
 
 
 def test_a_guest_does_not_fail_on_purpose(tmp_path: Path) -> None:

@@ -39,6 +39,12 @@ def test_a_cycle_counts_if_it_begins_within_a_fault() -> None:
     assert there.there(20) == [1, 2, 5]
 
 
+def test_nobody_joins_at_the_end_of_the_run() -> None:
+    there = of({"type": "process-killed", "vehicles": "2", "at_s": 1.0, "duration_s": 9.0})
+    assert absent(there, 2) == list(range(10, CYCLES))
+    assert there.joining_at(CYCLES) == []
+
+
 def test_a_fault_that_ends_before_a_cycle_begins_freezes_nothing() -> None:
     there = of({"type": "process-frozen", "vehicles": "2", "at_s": 1.01, "duration_s": 0.05})
     assert absent(there, 2) == []
