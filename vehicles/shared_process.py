@@ -9,7 +9,7 @@ from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.realtime import Post
 from zenvoy.bus.topics import RECEIVE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.vehicles.realtime import RealtimeVehicle
 
@@ -23,18 +23,26 @@ class LockStepVehicles:
         self.name, self.vehicles = process
         self._agents: Final = {one: LockStepVehicle(scenario, one) for one in process.vehicles}
         self._next: Sequence[int] = self.vehicles  # those of the next step
+        self._together = not attendance(scenario).absences.keys() & set(self.vehicles)
 
     @property
     def barrier(self) -> Barrier | None:
         """The messages that all vehicles of the next step wait for, each for the same topic."""
+        if self._together:
+            barrier = self._agents[self.vehicles[0]].barrier
+            return None if barrier is None else self._of_all(barrier)
         barriers = {one: agent.barrier for one, agent in self._agents.items()}
         waiting = {one: barrier for one, barrier in barriers.items() if barrier is not None}
         if not waiting:
             return None
         first = min(waiting.values(), key=lambda barrier: barrier.cycle)
         self._next = [one for one, its in waiting.items() if its.cycle == first.cycle]
-        ((topic, _),) = first.needs
-        return first._replace(needs=((topic, self._next),))
+        return self._of_all(first)
+
+    def _of_all(self, barrier: Barrier) -> Barrier:
+        """Return the barrier of one vehicle for all vehicles of the next step."""
+        ((topic, _),) = barrier.needs
+        return barrier._replace(needs=((topic, self._next),))
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why the vehicle refuses a message, or None."""
