@@ -15,6 +15,7 @@ from typing import Final
 
 import zenoh
 
+from tests.fleet.joining import free_ports
 from tests.intrusions.crowd import Crowd, address_of
 from tests.intrusions.intruder import answers, enter, member
 from zenvoy.bus import messages_pb2 as pb
@@ -84,8 +85,8 @@ class Attempts:
         """Serve as a world with the certificate of a vehicle, and wait for a vehicle."""
         keys = self._folder / "keys"
         identity = doors_of(keys, "vehicle-3").identity
-        host, port = address_of(self._channel)
-        endpoint = f"tls/{host}:{port + 1}"
+        host, _ = address_of(self._channel)
+        endpoint = f"tls/{host}:{free_ports()[0]}"
         with open_session([endpoint], [], doors=Doors(identity=identity)):
             self.failed["serves as a world"] = enter(endpoint, keys, "vehicle-2") is None
 
