@@ -19,8 +19,9 @@ ENGINES: Final = ("in-process", "arrays", "processes")
 
 
 def scenario_of(law: str) -> str:
-    """Return the first built-in scenario with a law."""
-    return next(name for name, _ in scenarios() if law in models_named(load(name).scenario))
+    """Return the first built-in scenario with a law that all engines run; arrays run no faults."""
+    loaded = ((name, load(name).scenario) for name, _ in scenarios())
+    return next(name for name, one in loaded if law in models_named(one) and not one.faults)
 
 
 @pytest.mark.parametrize("law", list(builtin()))
