@@ -108,6 +108,16 @@ BUILT_IN: Final = {
         ("channel.latency={distribution: pareto, min_ms: 5, mean_ms: 12}",),
     ),
     "old beacons": ("paper/case-15", ("channel.loss.p=0.9",)),
+    "beacons that are rarer than their age limit": (
+        "paper/case-15",
+        (
+            "control.schedule.0.at_s=2",
+            "control.neighbour_state=position",
+            "control.v2v_wait_ms=0",
+            "control.beacon_age_limit_ms=150",
+            "beacons.period_ms=200",
+        ),
+    ),
 }
 
 

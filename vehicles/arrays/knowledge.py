@@ -74,7 +74,8 @@ class Estimators:
         """
         measures = link is self._behind or (link is self._ahead and self._by_position)
         before, of_cycle = link.newest.plan, link.cycle
-        known = self._known_ahead[rows] if link is self._ahead else None
+        # A copy, because all rows are a view of the array, which is about to change.
+        known = self._known_ahead[rows].copy() if link is self._ahead else None
         if not isinstance(rows, slice) and measures:  # hearing changes the arrays in place
             before, of_cycle = before.of(rows), of_cycle[rows]
         heard = link.hear(cycle, rows, beacons)
