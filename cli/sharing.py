@@ -13,8 +13,8 @@ from zenvoy.fleet.ends import shortage_of
 from zenvoy.fleet.folder import LOGS, FolderError, make_folder
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.join import JoinError
-from zenvoy.fleet.muster import spans
 from zenvoy.fleet.share import Share, find_share, run_share
+from zenvoy.values.wording import spans
 
 
 def join_share(

@@ -8,8 +8,9 @@ from rich.console import Console
 
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.guests import RunEndpoints, from_elsewhere
-from zenvoy.fleet.muster import Muster, spans
+from zenvoy.fleet.muster import Muster
 from zenvoy.fleet.progress import Arrival
+from zenvoy.values.wording import spans
 
 
 class Waiting:

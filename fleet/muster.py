@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.fleet.progress import Arrival
@@ -44,14 +44,3 @@ class Muster:
         for name in sorted(self._here, key=lambda one: self._vehicles[one]):
             found.setdefault(self._hosts.get(name, ""), []).extend(self._vehicles[name])
         return found
-
-
-def spans(vehicles: Collection[int]) -> str:
-    """Return numbers as spans: `1-4, 7, 9-12`."""
-    found: list[list[int]] = []
-    for vehicle in sorted(vehicles):
-        if found and found[-1][1] == vehicle - 1:
-            found[-1][1] = vehicle
-        else:
-            found.append([vehicle, vehicle])
-    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in found)

@@ -68,3 +68,14 @@ def trimmed(number: float) -> str:
         short = str(number).removesuffix(".0")
     mantissa, e, exponent = short.partition("e")
     return f"{mantissa}e{int(exponent)}" if e else short
+
+
+def spans(numbers: Collection[int]) -> str:
+    """Return numbers in the notation of a scenario: "1-4, 7, 9-12"."""
+    found: list[list[int]] = []
+    for number in sorted(numbers):
+        if found and found[-1][1] == number - 1:
+            found[-1][1] = number
+        else:
+            found.append([number, number])
+    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in found)

@@ -9,13 +9,14 @@ from matplotlib.figure import Figure
 
 from zenvoy.analysis.chapters.distance_pictures import run_time_to_collision
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.faults import AFTER_S, Cost, Moves, Stretch, costs, numbers
+from zenvoy.analysis.measures.faults import AFTER_S, Cost, Moves, Stretch, costs
 from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
 from zenvoy.analysis.page.section import Cell, Picture, Section, Sheet
 from zenvoy.analysis.page.style import CYCLE, legend, subplots
 from zenvoy.links.distance import gaps
+from zenvoy.values.wording import spans
 
 _MOST_S: Final = 20.0  # of time to collision that the picture shows
 
@@ -88,7 +89,7 @@ def _row(run: Run, cost: Cost) -> tuple[Cell, ...]:
     return (
         fault.start_s,
         fault.end_s if np.isfinite(fault.end_s) else None,
-        numbers(fault.vehicles),
+        spans(fault.vehicles),
         fault.text,
         spacing.shown(during.gap_m),
         during.vehicle,

@@ -124,14 +124,3 @@ def costs(events: Sequence[pb.Event], moves: Moves) -> list[Cost]:
             before = stretch(before_s, fault.start_s) if fault.start_s > 0.0 else None
             found.append(Cost(fault, before, during))
     return found
-
-
-def numbers(vehicles: Sequence[int]) -> str:
-    """Return vehicles in the notation of a scenario: "2-4, 7"; they must be in order."""
-    parts: list[list[int]] = []
-    for vehicle in vehicles:
-        if parts and parts[-1][-1] == vehicle - 1:
-            parts[-1][1:] = [vehicle]
-        else:
-            parts.append([vehicle])
-    return ", ".join("-".join(map(str, part)) for part in parts)

@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
 from zenvoy.analysis.log.load import Run
-from zenvoy.analysis.measures.faults import FaultSpan, fault_spans, numbers
+from zenvoy.analysis.measures.faults import FaultSpan, fault_spans
 from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
 from zenvoy.analysis.measures.spans import Disturbance, disturbances
 from zenvoy.analysis.page.section import Sheet
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Outage, Rule, Scenario
+from zenvoy.values.wording import spans
 
 Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "fault", "incident"]
 
@@ -122,7 +123,7 @@ def _disturbance(of: Disturbance) -> Happening:
 
 
 def _fault(of: FaultSpan) -> Happening:
-    text = f"fault of {_vehicles(numbers(of.vehicles))}: {of.text}"
+    text = f"fault of {_vehicles(spans(of.vehicles))}: {of.text}"
     return Happening("fault", of.start_s, of.end_s, text)
 
 

@@ -12,7 +12,7 @@ from tests.logs import write_log
 from zenvoy.analysis import load
 from zenvoy.analysis.chapters.contents import chapters
 from zenvoy.analysis.chapters.faults import faults_section
-from zenvoy.analysis.measures.faults import FaultSpan, Moves, costs, fault_spans, numbers
+from zenvoy.analysis.measures.faults import FaultSpan, Moves, costs, fault_spans
 from zenvoy.analysis.page.drawing import drawn
 from zenvoy.analysis.page.happenings import Happening, happenings
 from zenvoy.bus import messages_pb2 as pb
@@ -76,10 +76,6 @@ def test_the_cost_of_a_brake_by_hand() -> None:
     assert during.collision_time_s == pytest.approx((37.5 - 5.0) / 5.0)
     assert during.slower_mps == pytest.approx(5.0)
     assert during.collisions == 1
-
-
-def test_vehicles_are_named_as_in_a_scenario() -> None:
-    assert [numbers(v) for v in ([3], [2, 3, 4], [1, 3, 4, 9])] == ["3", "2-4", "1, 3-4, 9"]
 
 
 def test_a_report_has_a_chapter_with_table_and_picture(tmp_path: Path) -> None:

@@ -2,25 +2,9 @@
 
 from __future__ import annotations
 
-from hypothesis import given
-from hypothesis import strategies as st
-
 from zenvoy.bus.vehicle_processes import vehicle_processes
-from zenvoy.fleet.muster import Muster, spans
+from zenvoy.fleet.muster import Muster
 from zenvoy.fleet.progress import Arrival
-
-
-@given(st.sets(st.integers(1, 40)))
-def test_spans_hold_the_same_numbers(vehicles: set[int]) -> None:
-    found: set[int] = set()
-    for span in filter(None, spans(vehicles).split(", ")):
-        first, _, last = span.partition("-")
-        found |= set(range(int(first), int(last or first) + 1))
-    assert found == vehicles
-
-
-def test_spans_are_short() -> None:
-    assert spans([1, 2, 3, 7, 9, 10]) == "1-3, 7, 9-10"
 
 
 def test_who_comes_is_no_longer_missing() -> None:
