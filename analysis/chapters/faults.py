@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from zenvoy.analysis.chapters.distance_pictures import run_time_to_collision
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.faults import AFTER_S, Cost, Moves, Stretch, costs
+from zenvoy.analysis.measures.safety import smallest
 from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.page.happenings import happenings
 from zenvoy.analysis.page.marks import mark
@@ -113,7 +114,7 @@ def _drawn(run: Run) -> Figure:
     ttc, speed = run_time_to_collision(run), run.truth["speed"]
     lines = (
         (spacing.named("smallest gap", "m"), [("", np.nanmin(gap, axis=1))]),
-        ("time to collision, s", [("", np.fmin.reduce(ttc, axis=1))]),
+        ("time to collision, s", [("", smallest(ttc))]),
         ("speed, m/s", [("slowest", speed.min(axis=1)), ("fastest", speed.max(axis=1))]),
     )
     for one, (label, curves) in zip(axes, lines, strict=True):

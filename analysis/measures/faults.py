@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.analysis.measures.safety import time_to_collision
+from zenvoy.analysis.measures.safety import smallest, time_to_collision
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
 
@@ -76,26 +76,24 @@ def fault_spans(events: Sequence[pb.Event]) -> list[FaultSpan]:
     Events with the same text, begin and end belong to the same fault.
     """
     found: dict[tuple[float, float, str], list[int]] = {}
-    for index, event in enumerate(events):
-        if event.kind == pb.EVENT_FAULT:
-            key = (event.time_ns * 1e-9, _end_s(events[index:], event), event.text)
-            found.setdefault(key, []).append(event.vehicle)
+    ends_s: dict[tuple[int, str], float] = {}  # the next one by vehicle and text
+    for event in reversed(events):
+        at_s, of = event.time_ns * 1e-9, (event.vehicle, event.text)
+        if event.kind == pb.EVENT_FAULT_END:
+            ends_s[of] = at_s
+        elif event.kind == pb.EVENT_FAULT:
+            found.setdefault((at_s, ends_s.get(of, math.inf), event.text), []).append(event.vehicle)
     return [
-        FaultSpan(text, tuple(vehicles), start_s, end_s)
+        FaultSpan(text, tuple(reversed(vehicles)), start_s, end_s)
         for (start_s, end_s, text), vehicles in sorted(found.items())
     ]
 
 
-def _end_s(later: Sequence[pb.Event], begin: pb.Event) -> float:
-    for event in later:
-        ends = event.kind == pb.EVENT_FAULT_END and event.vehicle == begin.vehicle
-        if ends and event.text == begin.text:
-            return event.time_ns * 1e-9
-    return math.inf
-
-
 def costs(events: Sequence[pb.Event], moves: Moves) -> list[Cost]:
     """Return what each fault that began within the run cost, in order of their begin."""
+    faults = fault_spans(events)
+    if not faults:
+        return []
     gap = gaps(moves.position, moves.ring_length_m)
     ttc = time_to_collision(gap, moves.speed, moves.length_m, moves.ring_length_m)
     collided_s = [e.time_ns * 1e-9 for e in events if e.kind == pb.EVENT_COLLISION]
@@ -104,19 +102,19 @@ def costs(events: Sequence[pb.Event], moves: Moves) -> list[Cost]:
         within = (moves.time_s >= low_s - 1e-9) & (moves.time_s <= high_s + 1e-9)
         if not within.any():
             return None
-        smallest = np.fmin.reduce(gap[within], axis=0)
+        of_each = np.fmin.reduce(gap[within], axis=0)
         speed = moves.speed[within]
         return Stretch(
-            gap_m=float(np.fmin.reduce(smallest)),
-            vehicle=int(np.nanargmin(smallest)) + 1,
-            collision_time_s=float(np.fmin.reduce(ttc[within], axis=None)),
+            gap_m=float(np.fmin.reduce(of_each)),
+            vehicle=int(np.nanargmin(of_each)) + 1,
+            collision_time_s=float(smallest(ttc[within]).min()),
             slower_mps=float((speed[0] - speed).max()),
             collisions=sum(low_s <= at_s <= high_s for at_s in collided_s),
         )
 
     last_s = float(moves.time_s[-1])
     found = []
-    for fault in fault_spans(events):
+    for fault in faults:
         end_s = min(fault.end_s + AFTER_S, last_s)
         during = stretch(fault.start_s, end_s)
         if during is not None:
