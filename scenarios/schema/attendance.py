@@ -97,7 +97,12 @@ def _absence(fault: ProcessFrozen | ProcessKilled, period_ns: int, cycles: int) 
     return Absence(first, max(end, first + (killed is not None)), killed)
 
 
-@lru_cache(maxsize=8)
 def attendance(scenario: Scenario) -> Attendance:
     """Return who takes part in the cycles of a scenario; every agent of a run asks for it."""
+    # Each look-up hashes the scenario, which takes longer than to find that nobody is ever absent.
+    return _remembered(scenario) if scenario.faults else Attendance(scenario)
+
+
+@lru_cache(maxsize=8)
+def _remembered(scenario: Scenario) -> Attendance:
     return Attendance(scenario)
