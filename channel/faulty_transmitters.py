@@ -17,7 +17,7 @@ from zenvoy.scenarios import (
     TransmitterLying,
     TransmitterRepeating,
     TransmitterSilent,
-    faults_of,
+    all_faults,
 )
 
 
@@ -35,7 +35,7 @@ class FaultyTransmitters:
 
     def __init__(self, scenario: Scenario) -> None:
         self._effects: dict[int, list[tuple[Fault, _Effect]]] = {}  # by vehicle
-        for _, fault, vehicles in faults_of(scenario, Fault):
+        for _, fault, vehicles in all_faults(scenario):
             for vehicle in vehicles:
                 effect = _effect(fault)
                 if effect is not None:

@@ -20,7 +20,7 @@ from pydantic import AfterValidator, Field, StringConstraints, TypeAdapter, Vali
 from zenvoy.bus.topics import plain_name
 from zenvoy.fleet.hosts import hosts_here
 from zenvoy.fleet.process_id import ProcessId
-from zenvoy.scenarios import Fault, ProcessFrozen, ProcessKilled, Scenario, faults_of
+from zenvoy.scenarios import ProcessFrozen, ProcessKilled, Scenario, all_faults
 
 FILE: Final = "connect.json"
 _TLS: Final = "tls/"
@@ -83,7 +83,7 @@ def require_no_faults(without: Iterable[int], scenario: Scenario) -> None:
     Only a run's own processes fail on purpose.
     """
     for vehicle in without:
-        for index, fault, vehicles in faults_of(scenario, Fault):
+        for index, fault, vehicles in all_faults(scenario):
             if isinstance(fault, ProcessKilled | ProcessFrozen) and vehicle in vehicles:
                 raise GuestsError(
                     f"--without {vehicle}: faults.{index} ({fault.type}) is of its process; "

@@ -33,7 +33,7 @@ from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
 from zenvoy.scenarios.schema.fault import NEVER_NS, Fault, reading_of
-from zenvoy.scenarios.schema.faults import ActuatorStuck, faults_of
+from zenvoy.scenarios.schema.faults import ActuatorStuck, all_faults, faults_of
 from zenvoy.scenarios.schema.faults_of_processes import (
     ProcessFrozen,
     ProcessKilled,
@@ -125,6 +125,7 @@ __all__ = [
     "UnknownScenarioError",
     "UnreadableScenarioError",
     "Vehicle",
+    "all_faults",
     "attendance",
     "builtin",
     "effective_json",

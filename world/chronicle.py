@@ -8,7 +8,7 @@ from typing import Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import EVENTS
-from zenvoy.scenarios import NEVER_NS, Fault, Scenario, Sine, Switch, Trace, faults_of, name_of
+from zenvoy.scenarios import NEVER_NS, Scenario, Sine, Switch, Trace, all_faults, name_of
 
 _TARGETS: Final = {
     "desired_gap_m": "desired gap {:g} m",
@@ -90,7 +90,7 @@ def _scheduled(scenario: Scenario) -> list[pb.Event]:
 
 def _faults(scenario: Scenario) -> Iterator[pb.Event]:
     """Yield begin and end of each fault, once per vehicle; both ends have its text."""
-    for _, fault, vehicles in faults_of(scenario, Fault):
+    for _, fault, vehicles in all_faults(scenario):
         for vehicle in vehicles:
             begin = pb.Event(
                 time_ns=fault.start_ns, kind=pb.EVENT_FAULT, vehicle=vehicle, text=fault.words

@@ -18,7 +18,7 @@ from zenvoy.scenarios import (
     SensorDrifting,
     SensorFrozen,
     SensorJumping,
-    faults_of,
+    all_faults,
     reading_of,
 )
 from zenvoy.world.sensors import Readings
@@ -63,7 +63,7 @@ class SensorFaults:
 
 
 def _effects(scenario: Scenario) -> Iterator[tuple[Fault, _Effect]]:
-    for number, fault, vehicles in faults_of(scenario, Fault):
+    for number, fault, vehicles in all_faults(scenario):
         index = np.array(vehicles, np.int64) - 1
         match fault:
             case SensorBlind():

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from zenvoy.scenarios.errors import Problem
-from zenvoy.scenarios.schema.fault import Amounts, Fault
-from zenvoy.scenarios.schema.faults import faults_of
+from zenvoy.scenarios.schema.fault import Amounts
+from zenvoy.scenarios.schema.faults import all_faults
 from zenvoy.scenarios.schema.faults_of_processes import (
     ProcessFrozen,
     ProcessKilled,
@@ -65,7 +65,7 @@ def _overlaps(scenario: Scenario) -> Iterator[Problem]:
     """Check that no process is killed or frozen while it is killed or frozen."""
     spans: dict[int, list[tuple[int, int, int]]] = {}  # begin, index, end by vehicle
     try:
-        for index, fault, vehicles in faults_of(scenario, Fault):
+        for index, fault, vehicles in all_faults(scenario):
             if isinstance(fault, ProcessKilled | ProcessFrozen):
                 for vehicle in vehicles:
                     spans.setdefault(vehicle, []).append((fault.start_ns, index, fault.end_ns))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated, Final
 
 from pydantic import Field
@@ -40,9 +41,9 @@ class Fault(Section):
         return self.start_ns <= time_ns < self.end_ns
 
     @property
+    @abstractmethod
     def words(self) -> str:
         """What goes wrong, for the log and for people: "radar blind"."""
-        raise NotImplementedError
 
 
 class Amounts(Fault):

@@ -41,10 +41,15 @@ AnyFault = Annotated[
 ]
 
 
-def faults_of(scenario: Scenario, kind: type[F]) -> Iterator[tuple[int, F, tuple[int, ...]]]:
-    """Yield the faults of a kind: the index in `faults`, the fault, and its vehicles in order."""
+def all_faults(scenario: Scenario) -> Iterator[tuple[int, Fault, tuple[int, ...]]]:
+    """Yield the faults of a scenario: the index in `faults`, the fault, its vehicles in order."""
     groups = group_members(scenario)
     for index, fault in enumerate(scenario.faults):
+        yield index, fault, tuple(sorted(members(fault.vehicles, scenario.fleet.size, groups)))
+
+
+def faults_of(scenario: Scenario, kind: type[F]) -> Iterator[tuple[int, F, tuple[int, ...]]]:
+    """Yield the faults of a kind, as `all_faults` does."""
+    for index, fault, vehicles in all_faults(scenario):
         if isinstance(fault, kind):
-            named = members(fault.vehicles, scenario.fleet.size, groups)
-            yield index, fault, tuple(sorted(named))
+            yield index, fault, vehicles

@@ -48,15 +48,20 @@ class SensorFrozen(Fault):
         return f"{which} frozen"
 
 
-class SensorBiased(Amounts):
-    """Readings are off by constant amounts."""
+class _Off(Amounts):
+    """Readings are off by amounts in their own units."""
 
-    type: Literal["sensor-biased"]
     gap_m: Amount = 0.0
     relative_speed_mps: Amount = 0.0
     position_m: Amount = 0.0
     speed_mps: Amount = 0.0
     acceleration_mps2: Amount = 0.0
+
+
+class SensorBiased(_Off):
+    """Readings are off by constant amounts."""
+
+    type: Literal["sensor-biased"]
 
     @property
     def words(self) -> str:
@@ -80,16 +85,11 @@ class SensorDrifting(Amounts):
         return f"sensor drifting: {signed(self.amounts)}"
 
 
-class SensorJumping(Amounts):
+class SensorJumping(_Off):
     """In a share of the cycles, drawn at random, readings are off by amounts up or down."""
 
     type: Literal["sensor-jumping"]
     share: Annotated[float, Field(gt=0, le=1), Percent] = 0.1
-    gap_m: Amount = 0.0
-    relative_speed_mps: Amount = 0.0
-    position_m: Amount = 0.0
-    speed_mps: Amount = 0.0
-    acceleration_mps2: Amount = 0.0
 
     @property
     def words(self) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
 from tests.scenarios.conftest import Refusal
-from zenvoy.scenarios import load
+from zenvoy.scenarios import Fault, load
 
 TYPES = (
     "sensor-blind, sensor-frozen, sensor-biased, sensor-drifting, sensor-jumping, "
@@ -71,3 +72,11 @@ def test_a_fault_in_words_has_its_amounts(tmp_path: Path) -> None:
         "sensor jumping: gap ±3 m in 5 % of cycles",
         "actuator stuck",
     ]
+
+
+def test_a_kind_of_fault_without_words_cannot_be_made() -> None:
+    class Nameless(Fault):
+        type: Literal["nameless"]
+
+    with pytest.raises(TypeError, match="abstract method words"):
+        Nameless(type="nameless", vehicles="3", at_s=1.0)  # type: ignore[abstract]  # as tested
