@@ -118,6 +118,18 @@ BUILT_IN: Final = {
             "beacons.period_ms=200",
         ),
     ),
+    "commands that matter in some of the runs only": (
+        "quickstart",
+        (
+            "road.type=open",
+            "fleet.size=2",
+            "control.model=FM",
+            "fleet.groups=[{name: last, vehicles: 2, model: Ploeg}, "
+            "{name: drawn, share: 0.5, model: FM}]",
+            "events=[{type: brake, vehicle: 1, at_s: 2, duration_s: 1, deceleration_mps2: 3}]",
+            "seed=2",
+        ),
+    ),
 }
 
 

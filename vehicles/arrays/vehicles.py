@@ -27,7 +27,6 @@ from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.view import NOTHING, Known, Reported, Seen, View
-from zenvoy.vehicles.control import reports_commands
 
 
 class Senses(NamedTuple):
@@ -66,7 +65,8 @@ class Vehicles:
         self._m = max(one.law.sides(one.parameters) for one in every)
         self._looks_behind = any(one.behind for one in needs)
         self._wants_motion = any(one.predecessor or one.leader for one in needs)
-        self._reports_commands = reports_commands(first)
+        # Shares of a fleet are drawn by seed, so a law may drive in some of the runs only.
+        self._reports_commands = any(one.law.hears_commands(one.parameters) for one in every)
         self._wants_predecessor = any(one.predecessor for one in needs)
         self._schedule = Schedule(settings)
         limits = [one.limits for one in settings]
