@@ -12,6 +12,7 @@ from tests.refusals import refusal_of
 
 Refusal = Callable[..., str]
 Here = Callable[[str, str], Path]
+Write = Callable[[str], Path]
 
 
 @pytest.fixture
@@ -24,6 +25,18 @@ def refusal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Refusal:
         return refusal_of("s.yaml", *settings, **options)
 
     return refuse
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
+    """Return a function that writes a text to s.yaml, and returns its path."""
+    monkeypatch.chdir(tmp_path)
+
+    def write_it(text: str) -> Path:
+        Path("s.yaml").write_bytes(text.encode())
+        return Path("s.yaml")
+
+    return write_it
 
 
 @pytest.fixture

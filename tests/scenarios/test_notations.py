@@ -4,20 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests.scenarios.conftest import Write
 from zenvoy.scenarios import ScenarioError, load
-
-Write = Callable[[str], None]
-
-
-@pytest.fixture
-def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
-    monkeypatch.chdir(tmp_path)
-    return lambda text: (Path("s.yaml").write_text(text), None)[1]
 
 
 def refusal() -> str:

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import zenvoy
+from tests.scenarios.conftest import Write
 from zenvoy.analysis import load as load_log
 from zenvoy.analysis.measures.fallbacks import fallbacks
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario, load
 from zenvoy.scenarios.reading.library import packaged
 
-Write = Callable[[str], None]
 OPEN = "duration_s: 60\nroad: {type: open}\nfleet: {size: 4}\n"
-
-
-@pytest.fixture
-def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
-    monkeypatch.chdir(tmp_path)
-    return lambda text: (Path("s.yaml").write_text(text), None)[1]
 
 
 def notes(*settings: str, **options: float) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from tests.scenarios.conftest import Write
 from zenvoy import scenarios
 from zenvoy.scenarios import (
     Brake,
@@ -21,27 +21,9 @@ from zenvoy.scenarios import (
     Road,
     Scenario,
     ScenarioError,
-    Sensors,
     Switch,
-    builtin,
-    effective_json,
-    effective_yaml,
     load,
-    technologies,
 )
-
-Write = Callable[[str], Path]
-
-
-@pytest.fixture
-def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
-    monkeypatch.chdir(tmp_path)
-
-    def write_it(text: str) -> Path:
-        Path("s.yaml").write_bytes(text.encode())
-        return Path("s.yaml")
-
-    return write_it
 
 
 def test_a_file_has_what_differs_from_the_defaults(write: Write) -> None:
@@ -177,112 +159,6 @@ def test_overrides_are_not_part_of_the_text(write: Write) -> None:
 
 def test_events_and_switches_may_lie_after_the_end() -> None:
     assert load("paper/case-15", duration_s=1).scenario.cycles == 10
-
-
-def test_the_library_is_listed_with_descriptions() -> None:
-    listed = dict(builtin())
-    assert {"quickstart", "paper/case-15"} <= listed.keys()
-    assert all(text and "\n" not in text for text in listed.values())
-
-
-def test_cases_are_listed_in_order_of_their_numbers(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "paper").mkdir()
-    for name in ("quickstart", "paper/case-15", "paper/case-2"):
-        (tmp_path / f"{name}.yaml").write_text(f"description: about {name}\n")
-    (tmp_path / "notes.txt").touch()
-    monkeypatch.setattr("zenvoy.scenarios.reading.library.files", lambda _: tmp_path)
-    names = ["paper/case-2", "paper/case-15", "quickstart"]
-    assert builtin() == [(name, f"about {name}") for name in names]
-
-
-def test_quickstart_has_its_documented_values() -> None:
-    loaded = load("quickstart")
-    assert loaded.name == "quickstart"
-    assert loaded.scenario == Scenario(
-        description=loaded.scenario.description,
-        duration_s=60,
-        fleet=Fleet(size=20),
-        control=Control(model="PBCM"),
-        sensors=Sensors(error=0.03),
-        channel=Channel(technology=technologies()["ieee80211p"], loss=Loss(p=0.05)),
-        events=(Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),),
-    )
-
-
-def test_case_15_has_the_values_of_the_paper() -> None:
-    loaded = load("paper/case-15")
-    assert loaded.name == "paper/case-15"
-    assert loaded.scenario == Scenario(
-        description=loaded.scenario.description,
-        duration_s=500,
-        road=Road(type="ring"),
-        fleet=Fleet(size=40),
-        control=Control(
-            model="FM",
-            schedule=(Switch(at_s=10, model="PBCM"),),
-            v2v_wait_ms=11,
-            system_delay_ms=89,
-        ),
-        sensors=Sensors(error=0.1),
-        channel=Channel(loss=Loss(p=0)),
-        events=(Brake(vehicle=5, at_s=10, duration_s=2, deceleration_mps2=3),),
-    )
-    assert loaded.scenario.v2v_wait_ns + loaded.scenario.system_delay_ns == 100_000_000
-    assert loaded.scenario.ring_length_m == 1500.0
-
-
-def test_the_effective_yaml_has_every_value_in_the_order_of_the_schema(write: Write) -> None:
-    scenario = load("paper/case-15").scenario
-    text = effective_yaml(scenario)
-    top = [line.partition(":")[0] for line in text.splitlines() if line[0] not in " -"]
-    assert top == list(Scenario.model_fields)
-    assert "  bit_rate_mbps: null\n" in text
-    assert load(write(text)).scenario == scenario
-
-
-@pytest.mark.parametrize(
-    "description",
-    [
-        "",
-        "yes",
-        "null",
-        "1e3",
-        ".5e3",
-        "a: b",
-        "# c",
-        " d ",
-        "\x85",
-        "\u2028",
-        "\r\n",
-        "é😀",
-        "x " * 99,
-    ],
-)
-def test_any_description_is_written_and_read_back(write: Write, description: str) -> None:
-    scenario = Scenario(description=description)
-    assert load(write(effective_yaml(scenario))).scenario == scenario
-
-
-def test_the_effective_yaml_quotes_no_plain_words() -> None:
-    lines = effective_yaml(Scenario(description="3")).splitlines()
-    assert [line for line in lines if '"' in line] == [
-        'description: "3"',
-        '    title: "IEEE 802.11p"',
-        '    bandwidth: "10 MHz"',
-        '    bit_rate: "3 to 27 Mbit/s"',
-    ]
-
-
-def test_the_effective_json_is_sorted_and_read_back() -> None:
-    scenario = load("quickstart").scenario
-    text = effective_json(scenario)
-    values = json.loads(text)
-    assert list(values) == sorted(Scenario.model_fields)
-    assert list(values["sensors"]) == ["distribution", "error", "position_std_m"]
-    assert Scenario.model_validate_json(text) == scenario
-    assert effective_json(Scenario(duration_s=60)) == effective_json(Scenario(duration_s=60.0))
 
 
 def test_periods_are_whole_nanoseconds() -> None:

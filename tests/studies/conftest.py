@@ -39,6 +39,13 @@ FILES = {
 }
 
 
+def write_study(folder: Path, text: str) -> Path:
+    """Write a study into a folder, and return its path."""
+    path = folder / "study.yaml"
+    path.write_text(text)
+    return path
+
+
 @pytest.fixture(scope="module")
 def tuned(folder: Path) -> Path:
     """Return a folder with the search GAP, which has its results in `out`."""
