@@ -14,6 +14,7 @@ from typing import Any, Final
 from zenvoy.bus.topics import (
     TOPICS,
     Topic,
+    about_key,
     alive_key,
     host_key,
     processes_key,
@@ -139,7 +140,7 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
     tokens += [host_key(run, name) for name in names]
     everyone, world = [alive_key(run)], [alive_key(run, "world")]
     sees = everyone if member.role in SERVERS else world
-    state = [scenario_key(run), processes_key(run)]
+    state = [scenario_key(run), processes_key(run), about_key()]
     asks, answers = (state, []) if is_vehicle else ([], state if is_world else [])
     readers = [topic.keys(run) for topic in writes]
     granted = (

@@ -15,14 +15,14 @@ def wall_ns() -> int:
     return time.monotonic_ns()
 
 
-def pause() -> None:
-    """Give up the processor for about as long as a message takes.
+def pause(for_s: float = 0.0002) -> None:
+    """Give up the processor, by default for about as long as a message takes.
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
     # This waits for nothing in particular: it keeps a poll from taking a core that the fleet needs.
     # The results of a cycle depend on which messages have arrived, never on when a caller looks.
-    time.sleep(0.0002)
+    time.sleep(for_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,3 +38,7 @@ class PayloadError(BusError):
 
 class NoAnswerError(BusError):
     """No run answers at the given endpoints; the text names them."""
+
+
+class SeveralRunsError(BusError):
+    """Several runs answer at the given endpoints; the text lists them."""

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from queue import Empty, SimpleQueue
-from typing import Any, Final, NamedTuple, cast
+from typing import Any, Final, NamedTuple
 
 import zenoh
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError
+from zenvoy.bus.querying import Answer, answer, reply_to
+from zenvoy.bus.runs import offer_about, the_run
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import alive_key, host_key, processes_key, scenario_key
 from zenvoy.bus.vehicle_processes import VehicleProcess
 
-Answer = Callable[[], bytes]
 OnArrival = Callable[[str, str, bool], None]
 """Called with a process, its host ("" where that is unknown), and whether it is there now."""
 
@@ -27,12 +27,13 @@ _HINT: Final = (
 
 
 class RunState(NamedTuple):
-    """The state of a run: its effective scenario, as JSON, and its processes.
+    """The state of a run: its name, its effective scenario, as JSON, and its processes.
 
     present: names of the running processes. shared: vehicles of each shared process, whether
     it is running or not.
     """
 
+    run: str
     scenario: bytes
     present: frozenset[str]
     shared: dict[str, list[int]]
@@ -45,6 +46,7 @@ def _ignore(_process: str, _host: str, _there: bool) -> None:
 def offer(
     session: zenoh.Session,
     run: str,
+    size: int,
     shared: Sequence[VehicleProcess],
     scenario: Answer,
     on_arrival: OnArrival = _ignore,
@@ -78,11 +80,17 @@ def offer(
         session.liveliness().declare_subscriber(host_key(run), note_host, history=True),
         answer(session, processes_key(run), processes),
         answer(session, scenario_key(run), scenario),
+        offer_about(session, run, size, shared, present),
     )
 
 
-def ask(run: str, connect: Sequence[str], limit_s: float, doors: Doors | None = None) -> RunState:
-    """Return the state of the run whose world is at one of the endpoints; raises NoAnswerError."""
+def ask(
+    run: str | None, connect: Sequence[str], limit_s: float, doors: Doors | None = None
+) -> RunState:
+    """Return the state of the run whose world is at one of the endpoints; None: the only one.
+
+    Raises NoAnswerError, or SeveralRunsError, which lists them.
+    """
     try:
         # A listener accepts the default transport besides the low-latency one.
         session = open_session([], connect, realtime=True, doors=doors)
@@ -92,22 +100,23 @@ def ask(run: str, connect: Sequence[str], limit_s: float, doors: Doors | None = 
         ) from error
     with session:
         deadline_ns = wall_ns() + round(limit_s * 1e9)
-        scenario = _reply(session, scenario_key(run), deadline_ns)
-        processes = _reply(session, processes_key(run), deadline_ns)
-    if scenario is None or processes is None:
+        run = the_run(session, deadline_ns) if run is None else run
+        scenario = None if run is None else reply_to(session, scenario_key(run), deadline_ns)
+        processes = None if run is None else reply_to(session, processes_key(run), deadline_ns)
+    if run is None or scenario is None or processes is None:
         hint = _HINT if any(endpoint.startswith("tls/") for endpoint in connect) else ""
         raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}{hint}")
     try:
-        return _state(scenario, json.loads(processes))
+        return _state(run, scenario, json.loads(processes))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise NoAnswerError(
             f"the answer from {', '.join(connect)} is not that of a run of Zenvoy"
         ) from error
 
 
-def _state(scenario: bytes, answer: Any) -> RunState:
+def _state(run: str, scenario: bytes, answer: Any) -> RunState:
     shared = {str(name): [int(one) for one in ids] for name, ids in answer["shared"].items()}
-    return RunState(scenario, frozenset(map(str, answer["present"])), shared)
+    return RunState(run, scenario, frozenset(map(str, answer["present"])), shared)
 
 
 def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object:
@@ -118,36 +127,3 @@ def at_end(session: zenoh.Session, run: str, call: Callable[[], None]) -> object
             call()
 
     return session.liveliness().declare_subscriber(alive_key(run, "world"), note, history=True)
-
-
-def _reply(session: zenoh.Session, key: str, deadline_ns: int) -> bytes | None:
-    """Query a key as soon as it has a queryable; None if there is no answer in time."""
-    changes: SimpleQueue[None] = SimpleQueue()
-    with (
-        session.declare_querier(key, timeout=_left_s(deadline_ns)) as querier,
-        querier.declare_matching_listener(lambda _: changes.put(None)),
-    ):
-        # The stub types the status as a bool, but it is an object, which is always true.
-        while not cast(zenoh.MatchingStatus, querier.matching_status).matching:
-            try:
-                changes.get(timeout=_left_s(deadline_ns))
-            except Empty:
-                return None
-        for reply in querier.get():
-            if reply.ok is not None:
-                return reply.ok.payload.to_bytes()
-    return None
-
-
-def _left_s(deadline_ns: int) -> float:
-    return max(0.001, (deadline_ns - wall_ns()) * 1e-9)
-
-
-def answer(session: zenoh.Session, key: str, payload: Answer) -> zenoh.Queryable[None]:
-    """Declare a queryable that answers queries on `key` with `payload()`, from its own thread."""
-
-    def reply(query: zenoh.Query) -> None:
-        with query:
-            query.reply(key, payload())
-
-    return session.declare_queryable(key, reply)

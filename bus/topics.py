@@ -143,3 +143,8 @@ def processes_key(run: str) -> str:
 def scenario_key(run: str) -> str:
     """Return the key of the queryable for the effective scenario, as JSON."""
     return f"zenvoy/{run}/scenario"
+
+
+def about_key(run: str = "*") -> str:
+    """Return the key of the queryable by which programs find the runs there are."""
+    return f"zenvoy/{run}/about"

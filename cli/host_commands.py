@@ -82,7 +82,6 @@ def serve(
 
 
 def join(
-    run: Annotated[str, typer.Option(help="Name of the run, as zenvoy serve prints it.")],
     connect: Annotated[
         list[str],
         typer.Option(
@@ -90,6 +89,10 @@ def join(
         ),
     ],
     vehicles: Annotated[str, typer.Option(metavar="N-M", help="The vehicles to drive here.")],
+    run: Annotated[
+        str | None,
+        typer.Option(help="Name of the run, as zenvoy serve prints it [default: the only one]."),
+    ] = None,
     per_process: Annotated[
         int | None,
         typer.Option(

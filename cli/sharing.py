@@ -19,7 +19,7 @@ from zenvoy.values.wording import spans
 
 def join_share(
     vehicles: range,
-    run: str,
+    run: str | None,
     connect: Sequence[str],
     limit_s: float,
     certs: Path | None,
@@ -31,7 +31,10 @@ def join_share(
     host: str | None,
     allow_code: bool,
 ) -> int:
-    """Join a run with some vehicles, and drive them to its end; return the exit code."""
+    """Join a run with some vehicles, and drive them to its end; return the exit code.
+
+    Without a name of the run, join the only one there is.
+    """
     try:
         share = find_share(
             vehicles,

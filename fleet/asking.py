@@ -10,12 +10,14 @@ import os
 from collections.abc import Sequence
 
 from zenvoy.bus.doors import Doors
-from zenvoy.bus.errors import NoAnswerError
+from zenvoy.bus.errors import NoAnswerError, SeveralRunsError
 from zenvoy.bus.joining import RunState, ask
 
 
-def ask_in_child(run: str, connect: Sequence[str], limit_s: float, doors: Doors | None) -> RunState:
-    """Return the state of a run as `ask` does; raises NoAnswerError."""
+def ask_in_child(
+    run: str | None, connect: Sequence[str], limit_s: float, doors: Doors | None
+) -> RunState:
+    """Return the state of a run as `ask` does; raises NoAnswerError, SeveralRunsError."""
     reader, writer = os.pipe()
     pid = os.fork()
     if pid == 0:
@@ -35,18 +37,23 @@ def ask_in_child(run: str, connect: Sequence[str], limit_s: float, doors: Doors 
         os.waitpid(pid, 0)
     if not text:
         raise NoAnswerError(f"the process that asks {', '.join(connect)} has died")
-    error, scenario, present, shared = json.loads(text)
+    answered = json.loads(text)
+    if isinstance(answered, str):
+        raise SeveralRunsError(answered)
+    error, name, scenario, present, shared = answered
     if error:
         raise NoAnswerError(error)
-    return RunState(scenario.encode(), frozenset(present), shared)
+    return RunState(name, scenario.encode(), frozenset(present), shared)
 
 
 def _asked(
-    run: str, connect: Sequence[str], limit_s: float, doors: Doors | None
-) -> tuple[str, str, list[str], dict[str, list[int]]]:
-    """Return an error, or the scenario, the processes that are present, and the shared ones."""
+    run: str | None, connect: Sequence[str], limit_s: float, doors: Doors | None
+) -> str | tuple[str, str, str, list[str], dict[str, list[int]]]:
+    """Return which runs there are, if they are several; else an error, or the state of the run."""
     try:
         state = ask(run, connect, limit_s, doors)
+    except SeveralRunsError as error:
+        return str(error)
     except NoAnswerError as error:
-        return str(error), "", [], {}
-    return "", state.scenario.decode(), sorted(state.present), state.shared
+        return str(error), "", "", [], {}
+    return "", state.run, state.scenario.decode(), sorted(state.present), state.shared

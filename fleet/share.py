@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.doors import Doors
-from zenvoy.bus.errors import NoAnswerError, StoppedError
+from zenvoy.bus.errors import NoAnswerError, SeveralRunsError, StoppedError
 from zenvoy.bus.joining import at_end
 from zenvoy.bus.topics import host_key, plain_name, vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess
@@ -50,7 +50,7 @@ class Share:
 
 def find_share(
     vehicles: range,
-    run: str,
+    run: str | None,
     connect: Sequence[str],
     limit_s: float,
     certs: Path | None,
@@ -59,12 +59,12 @@ def find_share(
     host: str | None = None,
     allow_code: bool = False,
 ) -> Share:
-    """Ask a run for its scenario, and return the share with these vehicles.
+    """Ask a run (None: the only one) for its scenario, and return the share with these vehicles.
 
     Raises JoinError, CertificatesError.
     """
     try:
-        plain_name(run)
+        plain_name("any" if run is None else run)
     except ValueError as error:
         raise JoinError(f"--run: {error}") from error
     group = f"vehicles-{vehicles[0]}-{vehicles[-1]}"
@@ -73,9 +73,12 @@ def find_share(
     first = None if certs is None else doors_of(certs, group)
     try:
         state = ask_in_child(run, connect, limit_s, first)
+        run = state.run
         scenario = Scenario.model_validate_json(state.scenario)
+    except SeveralRunsError as error:
+        raise JoinError(f"--run: is needed, because {error}") from error
     except NoAnswerError as error:
-        raise JoinError(f"--run {run}: {error}") from error
+        raise JoinError(str(error) if run is None else f"--run {run}: {error}") from error
     except ValidationError as error:
         raise JoinError(f"--run {run}: its scenario is from another version of Zenvoy") from error
     if scenario.clock == "realtime":

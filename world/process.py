@@ -49,8 +49,8 @@ def run_world(
         offered: list[object] = []
 
         def on_open(session: zenoh.Session) -> None:
-            state = (wiring.run, wiring.shared_processes, lambda: effective)
-            offered.extend(offer(session, *state, on_arrival))
+            state = (wiring.run, len(wiring.vehicles), wiring.shared_processes)
+            offered.extend(offer(session, *state, lambda: effective, on_arrival))
 
         bus.on_open = on_open
         try:

@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zenvoy.bus.access import Member, access_control, member_of
-from zenvoy.bus.topics import TOPICS, alive_key, host_key, processes_key, scenario_key, vehicle_name
+from zenvoy.bus.topics import (
+    TOPICS,
+    about_key,
+    alive_key,
+    host_key,
+    processes_key,
+    scenario_key,
+    vehicle_name,
+)
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 
 SIZE: Final = 12
@@ -98,12 +106,17 @@ def test_a_member_shows_no_token_but_its_own(name: str, other: int) -> None:
     assert allows(name, "liveliness_token", "ingress", on) == (other in own)
 
 
-@pytest.mark.parametrize("key", [scenario_key("r"), processes_key("r")])
+@pytest.mark.parametrize("key", [scenario_key("r"), processes_key("r"), about_key("r")])
 def test_only_vehicles_ask_and_only_the_world_answers(key: str) -> None:
     asking = {name for name in NAMES if allows(name, "query", "ingress", key)}
     assert asking == {"vehicle-3", "vehicle-7", "vehicles-5-8"}
     answering = {name for name in NAMES if allows(name, "declare_queryable", "ingress", key)}
     assert answering == {"world"}
+
+
+def test_only_vehicles_find_the_runs_there_are() -> None:
+    asking = {name for name in NAMES if allows(name, "query", "ingress", about_key())}
+    assert asking == {"vehicle-3", "vehicle-7", "vehicles-5-8"}
 
 
 def test_a_vehicle_beyond_the_fleet_has_no_rules() -> None:

@@ -7,7 +7,7 @@ from typing import cast
 
 import zenoh
 
-from zenvoy.bus.joining import answer
+from zenvoy.bus.querying import answer
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import scenario_key
 from zenvoy.scenarios import Scenario, effective_json, load
