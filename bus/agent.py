@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 from google.protobuf.message import Message
 
+from zenvoy.bus.latecomers import Late
 from zenvoy.bus.topics import Topic
 
 M = TypeVar("M", bound=Message)
@@ -37,12 +38,16 @@ class Barrier(NamedTuple):
 
 
 class Inbox:
-    """The messages that a barrier asked for, by topic, in order of vehicle."""
+    """The messages that a barrier asked for, by topic, in order of vehicle.
 
-    __slots__ = ("_mail",)
+    late: the machine whose messages came last, where the bus measures that.
+    """
+
+    __slots__ = ("_mail", "late")
 
     def __init__(self, mail: dict[Topic[Any], list[tuple[Any, bytes]]]) -> None:
         self._mail = mail
+        self.late: Late | None = None
 
     def all(self, topic: Topic[M]) -> list[M]:
         """Return the messages of `topic`, in order of vehicle."""

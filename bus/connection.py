@@ -16,6 +16,8 @@ from zenvoy.bus.bundles import Bundle, Parcel, unpack
 from zenvoy.bus.doorkeeper import Doorkeeper
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import PayloadError
+from zenvoy.bus.hosts import watch_hosts
+from zenvoy.bus.latecomers import Latecomers
 from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
 from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
 from zenvoy.bus.session import open_session
@@ -77,6 +79,8 @@ class Connection(ABC):
         names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
         shared = (process.name for process in wiring.shared_processes)
         self._names = frozenset({*wiring.waits_for, *names, *shared})
+        self._latecomers = Latecomers() if wiring.patient else None
+        self._hosts: zenoh.Subscriber[None] | None = None
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before any waiting begins."""
         self.on_idle: Callable[[], None] = lambda: None
@@ -100,6 +104,7 @@ class Connection(ABC):
         try:
             self.on_open(self._session)
             self._subscribe()
+            self._watch_hosts()
             self._declare_publishers()
             self._wait_for_readers()
             self._wait_for_tokens()
@@ -227,6 +232,22 @@ class Connection(ABC):
             self.refusals.add(FOREIGN, key)
             return ()
         return parcels
+
+    @property
+    def hosts(self) -> dict[int, str]:
+        """The other machine of each vehicle, as far as it is known."""
+        return {} if self._latecomers is None else dict(self._latecomers.hosts)
+
+    def _watch_hosts(self) -> None:
+        """Keep the machines of vehicles, where other machines drive them."""
+        if self._latecomers is None:
+            return
+        vehicles = self._wiring.vehicles
+        driven: dict[str, Sequence[int]] = {
+            vehicle_name(one, len(vehicles)): (one,) for one in vehicles
+        }
+        driven |= {process.name: process.vehicles for process in self._wiring.shared_processes}
+        self._hosts = watch_hosts(self._session, self._wiring.run, driven, self._latecomers.hosts)
 
     @property
     def _most_tokens(self) -> int:

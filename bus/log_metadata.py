@@ -26,6 +26,9 @@ CHECKSUM: Final = "sha256"
 NOTES: Final = "notes"
 """Key of zenvoy.run for the notes on the scenario, one per line."""
 
+HELD_UP: Final = "held_up"
+"""Key of zenvoy.result for the machine that held up the run."""
+
 _VERSION: Final = "version."
 _OPTIONAL: Final = frozenset({"vehicles_per_process", NOTES})
 
@@ -118,6 +121,8 @@ class ResultMetadata:
     """Number of the last cycle in the log."""
     clock: pb.Clock
     """Clock message of the last cycle."""
+    held_up: str = ""
+    """Which machine held up the run, in words; the record has no such entry if none did."""
 
     def written(self) -> dict[str, str]:
         """Return the entries of the record, in the order in which a log has them."""
@@ -128,6 +133,7 @@ class ResultMetadata:
             "simulated_s": simulated_s(self.clock.time_ns),
             "wall_s": f"{self.clock.wall_ns * 1e-9:.6f}",
             "real_time_factor": f"{self.clock.real_time_factor:.6f}",
+            **({HELD_UP: self.held_up} if self.held_up else {}),
         }
 
 

@@ -66,6 +66,10 @@ class Mailbox:
         """Return whether messages of `count` vehicles have arrived for that topic and cycle."""
         return len(self._mail.get((topic, cycle), ())) >= count
 
+    def holds(self, topic: Topic[Any], cycle: int, vehicle: int) -> bool:
+        """Return whether the message of a vehicle for that topic and cycle has arrived."""
+        return vehicle in self._mail.get((topic, cycle), ())
+
     def met(self, barrier: Barrier) -> bool:
         """Return whether all messages that the barrier needs have arrived."""
         for topic, ids in barrier.needs:  # a plain loop, because this runs after every message

@@ -1056,20 +1056,29 @@ class Links(_message.Message):
     CYCLE_FIELD_NUMBER: _builtins.int
     TIME_NS_FIELD_NUMBER: _builtins.int
     FRAMES_FIELD_NUMBER: _builtins.int
+    LATE_HOST_FIELD_NUMBER: _builtins.int
+    LATE_NS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     frames: _builtins.bytes
     """serialized Frames"""
+    late_host: _builtins.str
+    """In lock-step over several machines: the one whose beacons came last, and how long the channel
+    waited for nobody else, ns.
+    """
+    late_ns: _builtins.int
     def __init__(
         self,
         *,
         cycle: _builtins.int = ...,
         time_ns: _builtins.int = ...,
         frames: _builtins.bytes = ...,
+        late_host: _builtins.str = ...,
+        late_ns: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "frames", b"frames", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "frames", b"frames", "late_host", b"late_host", "late_ns", b"late_ns", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -107,12 +107,17 @@ LOGGED: Final = tuple(
 """Topics of every log; only logs of real time also have REALTIME."""
 
 
+def is_plain(name: str) -> bool:
+    """Return whether a name can be part of keys, and be shown as it is."""
+    return _PLAIN.fullmatch(name) is not None
+
+
 def plain_name(name: str) -> str:
     """Return the name of a run if it can be part of keys; raises ValueError for any other.
 
     In Zenoh `*` and `$*` are wildcards, `/` is a separator, and `#`, `?` and `@` are special too.
     """
-    if _PLAIN.fullmatch(name) is None:
+    if not is_plain(name):
         raise ValueError(
             f"{name[:80]!r} cannot be the name of a run; allowed: up to 100 of a-z, A-Z, 0-9, "
             ". _ and -"

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Final, Protocol, TypeVar
 
 import zenoh
 
 from zenvoy.bus.agent import Agent, Barrier, Log
 from zenvoy.bus.clock import pause
 from zenvoy.bus.connection import Connection, Wiring
+from zenvoy.bus.latecomers import Latecomers
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import Topic
 from zenvoy.bus.watch import Blame
 
+T = TypeVar("T")
+
 _WARY_STEPS: Final = 100  # steps after the last refused message
 _ROOM_FOR_OTHERS: Final = 512  # messages of other programs that may wait in a queue
 _MAX_ROUNDS: Final = 1_000  # of emptying queues that fill again, before the awaited one is read
+
+
+class Wait(Protocol):
+    """Returns the result of a blocking call."""
+
+    def __call__(self, receive: Callable[[], T], /) -> T: ...
 
 
 class ZenohBus(Connection):
@@ -38,6 +48,9 @@ class ZenohBus(Connection):
         self._starts: defaultdict[str, int] = defaultdict(lambda: 1)  # of processes, awaited
         self._wary = 0  # number of coming steps in which all queues are watched
         self._refused = 0
+        self._wait: Wait = self._watch.wait
+        if self._latecomers is not None:
+            self._wait = partial(self._latecomers.timed, self._watch.wait)
 
     def run(self) -> None:
         """Step the agent until it is done; raises StoppedError or StalledError."""
@@ -54,10 +67,13 @@ class ZenohBus(Connection):
             if barrier.joins:
                 self._wait_for_joining(barrier.joins)
             self._watch.progressed()
-            self.send(agent.step(barrier.now_ns, mailbox.take(barrier)))
+            inbox = mailbox.take(barrier)
+            if self._latecomers is not None:
+                inbox.late = self._latecomers.ended()
+            self.send(agent.step(barrier.now_ns, inbox))
 
     def _collect(self, barrier: Barrier) -> None:
-        has, wait = self._mailbox.has, self._watch.wait
+        has, wait = self._mailbox.has, self._wait
         for topic, ids in barrier.needs:
             receive = self._subscribers[topic].recv
             self._awaited_topic = topic
@@ -68,7 +84,7 @@ class ZenohBus(Connection):
     def _collect_warily(self, barrier: Barrier) -> None:
         """Collect the messages of a barrier by polling all queues, not waiting for one stream."""
         self._wary -= 1
-        met, wait = self._mailbox.met, self._watch.wait
+        met, wait = self._mailbox.met, self._wait
         self._empty_queues()
         while not met(barrier):
             wait(pause)
@@ -121,6 +137,14 @@ class ZenohBus(Connection):
             reason = self._mailbox.put(topic, vehicle, payload)
             if reason is not None:
                 self.refusals.add(reason, key)
+            elif self._latecomers is not None and topic.writer == "vehicle":
+                self._note_arrival(self._latecomers, topic, vehicle)
+
+    def _note_arrival(self, latecomers: Latecomers, topic: Topic[Any], vehicle: int) -> None:
+        """Note a message for the current barrier; one for a later cycle keeps nobody waiting."""
+        barrier = self._barrier
+        if barrier is not None and self._mailbox.holds(topic, barrier.cycle, vehicle):
+            latecomers.came(vehicle)
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.FifoChannel[zenoh.Sample]:
         return zenoh.handlers.FifoChannel(self._capacity)

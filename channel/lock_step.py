@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 from zenvoy.channel.agent import Channel
@@ -53,7 +55,7 @@ class LockStepChannel:
 
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Transmit the frames of the cycle, and deliver those that are due."""
-        links = [self._transmit(inbox)] if self._cycle >= 0 else []
+        links = [_with(inbox.late, self._transmit(inbox))] if self._cycle >= 0 else []
         delivery = self._cycle + self._ahead
         self._cycle += 1
         if delivery == self._cycles:
@@ -66,3 +68,11 @@ class LockStepChannel:
         mail = zip(there, inbox.with_payloads(BEACON), strict=True)
         beacons = {vehicle: Sent(*beacon) for vehicle, beacon in mail}
         return self._core.transmit(inbox.one(POSITIONS), beacons)
+
+
+def _with(late: Late | None, links: Envelope) -> Envelope:
+    """Return links that also say which machine was late; two messages in a row are one."""
+    if late is None:
+        return links
+    said = pb.Links(late_host=late.host, late_ns=late.by_ns)
+    return links._replace(payload=links.payload + said.SerializeToString())

@@ -52,7 +52,7 @@ def execute(
     on_loss = partial(_print_death, errors=errors, then="; the run goes on")
     try:
         with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
-            watch = Watch(on_progress=progress.show, on_loss=on_loss)
+            watch = Watch(on_progress=progress.show, on_loss=on_loss, on_held_up=progress.note)
             if waiting is not None:
                 watch = replace(
                     watch,

@@ -21,6 +21,7 @@ class RunProgress:
     def __init__(self, console: Console, name: str, duration_s: float) -> None:
         self._console = console
         self._printed_s = 0.0
+        self._held_up = ""
         self._bar = Bar(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -44,9 +45,14 @@ class RunProgress:
     ) -> None:
         self._bar.stop()
 
+    def note(self, held_up: str) -> None:
+        """Take note of a machine that holds up the run; lines from now on say so."""
+        self._held_up = f"; {held_up}"
+
     def show(self, progress: Progress) -> None:
         """Show the progress; away from a terminal, print a line every few seconds."""
         pace = f"{progress.real_time_factor:.1f} × real time, {progress.left_s:.0f} s left"
+        pace += self._held_up
         if self._console.is_terminal:
             self._bar.update(self._task, completed=progress.time_s, pace=pace)
         elif progress.wall_s - self._printed_s >= _LINE_EVERY_S:

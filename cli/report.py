@@ -47,6 +47,8 @@ def _lines(summary: dict[str, Any], spacing: Spacing) -> list[tuple[str, str]]:
             f"{summary['wall_s']:.1f} s, {summary['real_time_factor']:.1f} × real time",
         ),
     ]
+    if "held_up" in summary:
+        lines.append(("pace", summary["held_up"]))
     if "distance_m" in summary:
         lines += _distance_lines(summary, spacing)
     lines += [

@@ -68,8 +68,10 @@ class RunEndpoints:
     command: ProcessId | None = None
 
     def write(self, folder: Path) -> None:
-        """Write them to a file in the folder of the run."""
-        (folder / FILE).write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        """Write them to a file in the folder of the run; it is whole as soon as it is there."""
+        partial = folder / f"{FILE}.part"
+        partial.write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        partial.replace(folder / FILE)
 
     @property
     def connect(self) -> tuple[str, ...]:

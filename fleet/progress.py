@@ -10,9 +10,10 @@ from typing import Final, NamedTuple
 
 from zenvoy.bus import messages_pb2 as pb
 
-# The lowest bit of a message's head; the others are the length of the message.
+# The two lowest bits of a message's head; the others are the length of the message.
 _CLOCK: Final = 0
 _ARRIVAL: Final = 1
+_HELD_UP: Final = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +42,12 @@ class Arrival(NamedTuple):
     process: str
     host: str
     there: bool
+
+
+class HeldUp(NamedTuple):
+    """A sentence on the machine that holds up the run."""
+
+    text: str
 
 
 OnProgress = Callable[[Progress], None]
@@ -84,30 +91,41 @@ def arrivals_to(write_fd: int) -> Callable[[str, str, bool], None]:
     return send
 
 
+def held_up_to(write_fd: int) -> Callable[[str], None]:
+    """Return a function that sends through the same pipe who holds up the run; it never blocks."""
+
+    def send(text: str) -> None:
+        _write(write_fd, _HELD_UP, text.encode())
+
+    return send
+
+
 def _write(write_fd: int, kind: int, payload: bytes) -> None:
     """Write a message in one piece, as a pipe takes it if it has at most 4,096 bytes."""
     try:
-        os.write(write_fd, (len(payload) << 1 | kind).to_bytes(4, "little") + payload)
+        os.write(write_fd, (len(payload) << 2 | kind).to_bytes(4, "little") + payload)
     except (BlockingIOError, BrokenPipeError):
         return  # nobody reads the pipe; the log has the clock all the same
 
 
 class ReportReader:
-    """Reads what `clock_to` and `arrivals_to` send."""
+    """Reads what `clock_to`, `arrivals_to` and `held_up_to` send."""
 
     def __init__(self) -> None:
         self._buffer = b""
 
-    def feed(self, data: bytes) -> Iterator[pb.Clock | Arrival]:
+    def feed(self, data: bytes) -> Iterator[pb.Clock | Arrival | HeldUp]:
         """Take data from the pipe; yield the messages that are now complete."""
         self._buffer += data
         while len(self._buffer) >= 4:
             head = int.from_bytes(self._buffer[:4], "little")
-            end = 4 + (head >> 1)
+            end = 4 + (head >> 2)
             if len(self._buffer) < end:
                 return
             message, self._buffer = self._buffer[4:end], self._buffer[end:]
-            if head & 1 == _CLOCK:
+            if head & 3 == _CLOCK:
                 yield pb.Clock.FromString(message)
+            elif head & 3 == _HELD_UP:
+                yield HeldUp(message.decode())
             else:
                 yield Arrival(*json.loads(message))

@@ -23,10 +23,12 @@ from zenvoy.fleet.labels import labels_of
 from zenvoy.fleet.limits import require_no_session, require_room_for
 from zenvoy.fleet.progress import (
     Arrival,
+    HeldUp,
     OnProgress,
     ReportReader,
     arrivals_to,
     clock_to,
+    held_up_to,
     progress_of,
 )
 from zenvoy.fleet.rehearsal import rehearse
@@ -47,7 +49,8 @@ class Watch:
     """Callbacks during a run; by default they do nothing.
 
     `on_endpoints` is called before processes start, `on_arrival` when one has come or gone,
-    and `on_idle` when nothing has happened for half a second.
+    `on_held_up` now and then with a sentence on the machine that holds up the run, if one does, and
+    `on_idle` when nothing has happened for half a second.
     `on_loss` is called when a vehicle process dies and the run, in real time, goes on without it.
     """
 
@@ -55,6 +58,7 @@ class Watch:
     on_loss: Callable[[Death], None] = _ignore
     on_endpoints: Callable[[RunEndpoints], None] = _ignore
     on_arrival: Callable[[Arrival], None] = _ignore
+    on_held_up: Callable[[str], None] = _ignore
     on_idle: Callable[[], None] = lambda: None
 
 
@@ -112,6 +116,8 @@ def _run_on_processes(
         for report in reader.feed(data):
             if isinstance(report, Arrival):
                 watch.on_arrival(report)
+            elif isinstance(report, HeldUp):
+                watch.on_held_up(report.text)
             else:
                 watch.on_progress(progress_of(report, scenario.duration_s))
 
@@ -129,6 +135,7 @@ def _run_on_processes(
             per_process,
             guests.certs,
             on_arrival=arrivals_to(write_fd),
+            on_held_up=held_up_to(write_fd),
             all_elsewhere=guests.all_elsewhere,
         )
         endpoints.write(folder)

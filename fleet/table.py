@@ -48,6 +48,7 @@ def process_table(
     certs: Path | None = None,
     *,
     on_arrival: OnArrival,
+    on_held_up: Callable[[str], None],
     all_elsewhere: bool = False,
 ) -> list[Program]:
     """Return the programs of a run in the order of their start, except vehicles in `without`.
@@ -119,6 +120,7 @@ def process_table(
                 world_wiring,
                 on_clock,
                 on_arrival,
+                on_held_up,
             ),
             on_orphaned=signal.SIGTERM,  # so that it finishes the log
         ),

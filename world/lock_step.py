@@ -6,10 +6,12 @@ from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.errors import VehicleLostError
+from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN, RefusedError
 from zenvoy.bus.topics import COMMAND, LINKS, Topic
 from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
+from zenvoy.world.pace import Pace
 
 _FARTHEST: Final = 2  # cycles ahead; more would overlap no more work and only fill queues
 
@@ -33,6 +35,7 @@ class LockStepWorld:
         self._attendance = attendance(scenario)
         self._lookahead = lookahead(scenario)
         self._step = 0
+        self.pace = Pace(together=self._lookahead > 0)
 
     @property
     def barrier(self) -> Barrier | None:
@@ -81,7 +84,10 @@ class LockStepWorld:
             commands = dict(zip(there, inbox.all(COMMAND), strict=True))
         self._core.take_in(commands.values())
         if ended >= 0:
-            rows = self._core.rows(ended, inbox.one(LINKS).frames, commands)
+            links = inbox.one(LINKS)
+            rows = self._core.rows(ended, links.frames, commands)
+            if inbox.late is not None:
+                self.pace.add((inbox.late, Late(links.late_host, links.late_ns)))
         begun = self._core.begin(cycle)
         events = self._core.events(cycle, commands.values(), begun.collided)
         return [*begun.messages, *rows, *begun.rows, *events]

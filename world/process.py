@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Final
 
 import zenoh
 
@@ -16,10 +17,14 @@ from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
+from zenvoy.values.wording import spans
 from zenvoy.world.lock_step import LockStepWorld
 from zenvoy.world.memory import give_back_large_blocks
+from zenvoy.world.pace import HeldUp
 from zenvoy.world.realtime import RealtimeWorld
 from zenvoy.world.recorder import Labels, Recorder
+
+_STEPS_BETWEEN: Final = 20  # between words on who holds up the run
 
 
 def run_world(
@@ -29,10 +34,12 @@ def run_world(
     wiring: Wiring,
     on_clock: Callable[[pb.Clock], None],
     on_arrival: OnArrival,
+    on_held_up: Callable[[str], None],
 ) -> None:
     """Run the world and log to the end of the run; raises BusError, or OSError for a full disk.
 
-    `on_clock` and `on_arrival` tell the caller of its progress, and of processes that come and go.
+    `on_clock`, `on_arrival` and `on_held_up` tell the caller of its progress, of processes that
+    come and go, and now and then of a machine that holds up the run.
     The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
     give_back_large_blocks()
@@ -42,6 +49,8 @@ def run_world(
         def tick(clock: pb.Clock) -> None:
             bus.publish(CLOCK, clock.SerializeToString())
             on_clock(clock)
+            if clock.cycle % _STEPS_BETWEEN == 0 and (text := recorder.held_up(clock.wall_ns)):
+                on_held_up(text)
 
         recorder.on_clock = tick
         bus.on_idle = recorder.flush_if_due
@@ -76,13 +85,25 @@ def _world_on_bus(
         live = RealtimeBus(world, wiring, scenario.speed, recorder.log)
         recorder.overruns = lambda: world.overruns
         return live, lambda: _run_in_real_time(live, world, recorder, scenario, wiring.absent)
-    bus = ZenohBus(LockStepWorld(scenario), wiring, recorder.log)
+    stepped = LockStepWorld(scenario)
+    bus = ZenohBus(stepped, wiring, recorder.log)
+    recorder.held_up = lambda wall_ns: _in_words(stepped.pace.slowest(wall_ns), bus.hosts)
 
     def run_to_end() -> None:
         recorder.start_clock()
         bus.run()
 
     return bus, run_to_end
+
+
+def _in_words(held_up: HeldUp | None, hosts: Mapping[int, str]) -> str:
+    """Return which vehicles held up the steps; hosts: the machine of each vehicle."""
+    if held_up is None:
+        return ""
+    host, share, by_ns = held_up
+    vehicles = spans(sorted(vehicle for vehicle, its in hosts.items() if its == host))
+    whom = f"vehicles {vehicles} on {host}"
+    return f"{whom} held up {100 * share:.3g} % of the steps, by {by_ns * 1e-6:,.0f} ms each"
 
 
 def _run_in_real_time(

@@ -50,8 +50,9 @@ class Recorder:
     """The log of one run, to be used as a context manager, which finishes the file properly.
 
     `on_clock` gets the clock message of every cycle, to publish it and to show progress.
-    `overruns` returns how many cycles have begun late so far. Wall time counts from `start_clock`,
-    which entering the context calls first.
+    `overruns` returns how many cycles have begun late so far. `held_up` returns in words which
+    machine has held up the run, given its wall time, ns. Wall time counts from `start_clock`, which
+    entering the context calls first.
     """
 
     def __init__(self, path: Path, labels: Labels, clock: WallClock) -> None:
@@ -59,6 +60,7 @@ class Recorder:
         self._clock = clock
         self.on_clock: Callable[[pb.Clock], None] = lambda _: None
         self.overruns: Callable[[], int] = lambda: 0
+        self.held_up: Callable[[int], str] = lambda _: ""
         self._start_ns = self._flushed_ns = 0
         self._last = pb.Clock()
         self._fingerprint = Fingerprint()
@@ -122,6 +124,7 @@ class Recorder:
             fingerprint=self._fingerprint.hexdigest(),
             cycles=self._last.cycle,
             clock=self._last,
+            held_up=self.held_up(self._last.wall_ns),
         ).written()
 
     def _tick(self, time_ns: int) -> None:

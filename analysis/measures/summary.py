@@ -19,6 +19,7 @@ from zenvoy.analysis.measures.punctuality import missed_decisions, punctuality, 
 from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.spans import distances, disturbances, spans
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.log_metadata import HELD_UP
 from zenvoy.links.distance import gaps
 
 Floats = NDArray[np.float64]
@@ -46,6 +47,8 @@ def summary_of(run: Run) -> Summary:
     summary["collisions"] = sum(event.kind == pb.EVENT_COLLISION for event in run.events)
     summary["fallbacks"] = fallbacks(run.events, run.scenario)
     summary["frames"] = None if run.path is None else _frames(run.path)
+    if HELD_UP in run.result:
+        summary["held_up"] = run.result[HELD_UP]
     if run.scenario.clock == "realtime":
         summary["real_time"] = _real_time(run)
     return summary

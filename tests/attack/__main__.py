@@ -50,6 +50,7 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
             met,
             per_process=per_process,
             on_arrival=lambda *_: None,
+            on_held_up=lambda _: None,
         )
         here = f"unixsock-stream/{sockets}/attacker"
         size = loaded.scenario.fleet.size

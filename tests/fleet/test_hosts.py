@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import signal
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,7 @@ duration_s: 20
 fleet: {size: 8}
 channel: {loss: {p: 0.1}}
 """
+_PAUSE_S: Final = 3.0
 LONG: Final = STEPPED.replace("duration_s: 20", "duration_s: 100000")
 
 
@@ -68,6 +70,28 @@ def test_two_machines_write_the_log_of_one(tmp_path: Path, per_process: str) -> 
     assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
     for role in ("world", "channel"):
         assert (tmp_path / "out" / "logs" / f"{role}.log").read_text() == ""  # nobody was refused
+
+
+def test_a_machine_that_holds_up_the_steps_is_named(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(STEPPED)
+    assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0
+    with (
+        serving(tmp_path, STEPPED) as (served, there),
+        host(tmp_path, "alpha", "1-4", *there),
+        host(tmp_path, "beta", "5-8", *there) as slow,
+    ):
+        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        slow.send_to_group(signal.SIGSTOP)
+        time.sleep(_PAUSE_S)  # the length of the pause is what is tested
+        slow.send_to_group(signal.SIGCONT)
+        outcome = served.wait()
+    assert (outcome.code, outcome.err) == (0, "")
+    alone, whole = (read_log(tmp_path / name / "run.mcap") for name in ("alone", "out"))
+    said = whole.result["held_up"]
+    assert re.fullmatch(r"vehicles 5-8 on beta held up \S+ % of the steps, by \S+ ms each", said)
+    assert said in outcome.out
+    assert whole.result["fingerprint"] == alone.result["fingerprint"]
+    assert "held_up" not in alone.result
 
 
 def test_a_machine_that_is_lost_is_named(tmp_path: Path) -> None:
