@@ -28,6 +28,7 @@ from zenvoy.cli.sweep_command import SWEEP_COMMANDS
 from zenvoy.cli.terminal import console
 from zenvoy.cli.tune_command import TUNE_COMMANDS
 from zenvoy.cli.usage import App
+from zenvoy.cli.view_command import view
 
 app = App(
     name="zenvoy",
@@ -75,5 +76,6 @@ for command in (
     calibrate,
     certs,
     convoys,
+    view,
 ):
     app.command()(command)

@@ -43,6 +43,7 @@ SUBFOLDERS: Final[dict[str, dict[str, set[str]]]] = {
         "chapters": {"log", "measures", "theory", "page"},
         "compare": {"log", "measures", "page", "chapters"},
         "paper": {"measures", "page"},
+        "view": {"log"},  # it must not wait for matplotlib, which `page` imports
     },
     "scenarios": {
         "errors": set(),

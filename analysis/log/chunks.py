@@ -6,13 +6,19 @@ wrong size is damage, and no more is unpacked than a log can hold.
 
 from __future__ import annotations
 
+import struct
 import zlib
+from collections.abc import Iterator
 from typing import Final
 
 import lz4.frame
 import zstandard
 from mcap.records import Chunk
 
+HEAD: Final = struct.Struct("<BQ")
+"""The head of a record: its opcode and its length."""
+MESSAGE: Final = struct.Struct("<HIQQ")
+"""The fields of a message before its payload: channel, sequence, log time, publish time."""
 _UNKNOWN: Final = -1  # what zstandard returns for a frame that does not state its size
 
 
@@ -34,6 +40,18 @@ def unpacked(chunk: Chunk, limit: int) -> bytes:
     if chunk.uncompressed_crc not in {0, zlib.crc32(data)}:
         raise DamageError("a chunk does not match its CRC")
     return data
+
+
+def records_in(data: bytes) -> Iterator[tuple[int, memoryview]]:
+    """Yield opcode and content of each record in an unpacked chunk; raises DamageError."""
+    view, at = memoryview(data), 0
+    while at < len(data):
+        opcode, length = HEAD.unpack_from(data, at)
+        start = at + HEAD.size
+        at = start + length
+        if opcode == 0 or at > len(data):
+            raise DamageError(f"in a chunk, a record of kind {opcode} and {length} bytes")
+        yield opcode, view[start:at]
 
 
 def _unpacked(chunk: Chunk, size: int) -> bytes:

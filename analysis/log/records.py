@@ -22,14 +22,12 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from zenvoy.analysis.log.chunks import DamageError, unpacked
+from zenvoy.analysis.log.chunks import HEAD, MESSAGE, DamageError, records_in, unpacked
 from zenvoy.analysis.log.log_file import LogFile
 from zenvoy.analysis.log.resync import kind_by_content, next_record
 from zenvoy.bus.log_format import chunk_limit
 from zenvoy.bus.log_metadata import RUN
 
-_HEAD: Final = struct.Struct("<BQ")  # opcode and length of a record
-_MESSAGE: Final = struct.Struct("<HIQQ")  # the fields of a message before its payload
 _CRC: Final = struct.Struct("<I")
 _FOOTER: Final = struct.Struct("<QQI")
 _PARSERS: Final[dict[int, Callable[[ReadDataStream], Any]]] = {
@@ -138,7 +136,7 @@ class Pass:
         if self._file.peek(0, at) != MCAP0_MAGIC:
             raise LogError(f"{self._path}: not an MCAP file")
         self._file.skip(at)
-        while at + _HEAD.size <= size and not self.whole:
+        while at + HEAD.size <= size and not self.whole:
             try:
                 head = self._head(at)
                 if head is None:
@@ -154,8 +152,8 @@ class Pass:
     def _head(self, at: int) -> _Head | None:
         """Read the head of the record at a byte; None where the file is cut in this record."""
         crc_before = self._file.crc
-        opcode, length = _HEAD.unpack(self._file.read(_HEAD.size))
-        end = at + _HEAD.size + length
+        opcode, length = HEAD.unpack(self._file.read(HEAD.size))
+        end = at + HEAD.size + length
         if end > self._file.size or opcode == 0:  # a copy that was not finished ends in zeros
             if self._is_cut(at):
                 return None
@@ -212,9 +210,9 @@ class Pass:
     def _contents(self, opcode: int, body: memoryview) -> Iterator[Message]:
         """Keep what a record holds, and yield the messages in it."""
         if opcode == Opcode.MESSAGE:
-            channel, sequence, log_time_ns, publish_time_ns = _MESSAGE.unpack_from(body)
+            channel, sequence, log_time_ns, publish_time_ns = MESSAGE.unpack_from(body)
             if channel in self.channels:
-                topic, payload = self.channels[channel].topic, body[_MESSAGE.size :]
+                topic, payload = self.channels[channel].topic, body[MESSAGE.size :]
                 yield Message(topic, channel, sequence, log_time_ns, publish_time_ns, payload)
             else:
                 self.counts[channel] += 1
@@ -237,15 +235,9 @@ class Pass:
 
     def _records_of_chunk(self, data: bytes) -> Iterator[Message]:
         """Yield the messages in an unpacked chunk."""
-        view, at = memoryview(data), 0
-        while at < len(data):
-            opcode, length = _HEAD.unpack_from(data, at)
-            start = at + _HEAD.size
-            at = start + length
-            if opcode == 0 or at > len(data):
-                raise DamageError(f"in a chunk, a record of kind {opcode} and {length} bytes")
+        for opcode, content in records_in(data):
             if opcode in {Opcode.MESSAGE, Opcode.CHANNEL, Opcode.SCHEMA}:
-                yield from self._contents(opcode, view[start:at])
+                yield from self._contents(opcode, content)
 
     def _chunk_limit(self) -> int:
         """Return how many bytes a chunk may unpack to."""

@@ -10,6 +10,7 @@ import venv
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
+from zipfile import ZipFile
 
 import pytest
 
@@ -78,7 +79,10 @@ def environment(folder: Path, wheel: Path) -> Path:
 
 
 def test_an_own_law_runs_with_the_wheel_alone(tmp_path: Path) -> None:
-    command = environment(tmp_path / "venv", wheel(tmp_path))
+    made = wheel(tmp_path)
+    page = {Path(name).suffix for name in ZipFile(made).namelist() if "/view/page/" in name}
+    assert page == {".html", ".css", ".js", ".svg"}
+    command = environment(tmp_path / "venv", made)
     place = tmp_path / "mine"
     place.mkdir()
     (place / "idm.py").write_text(IDM)

@@ -1,0 +1,131 @@
+"""Finds the chunks of a log without unpacking them, also of one that is still being written."""
+
+from __future__ import annotations
+
+import struct
+from io import BytesIO
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Metadata
+from mcap.writer import MCAP0_MAGIC
+
+from zenvoy.analysis.log.chunks import HEAD, DamageError, unpacked
+from zenvoy.analysis.log.records import LogError
+from zenvoy.bus.log_format import EFFECTIVE, chunk_limit
+from zenvoy.bus.log_metadata import RESULT, RUN
+
+_TIMES: Final = struct.Struct("<QQ")  # of the first and last message, where a chunk record begins
+_MAX_RECORD_BYTES: Final = 64 << 20  # of any record but chunks
+
+
+class Place(NamedTuple):
+    """A chunk: where its record begins and how long it is (bytes), and its first and last time."""
+
+    at: int
+    length: int
+    first_ns: int
+    last_ns: int
+
+
+class GrowingLog:
+    """The chunks, the metadata and the scenario of a log, as far as it has been written.
+
+    `extend` reads on where it stopped. A record that is not complete yet stays for the next time.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.chunks: list[Place] = []
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.effective: bytes | None = None
+        self.topics: dict[int, str] = {}
+        """Topics by channel, of channels outside chunks."""
+        self.whole = False
+        """Whether the log has its end, and will not grow any more."""
+        self.loose = False
+        """Whether messages stand outside chunks, where they are not looked for."""
+        self._at = 0
+
+    @property
+    def vehicles(self) -> int:
+        """Number of vehicles; 0 while it is not known."""
+        text = self.metadata.get(RUN, {}).get("vehicles", "")
+        return int(text) if text.isdecimal() else 0
+
+    @property
+    def begun(self) -> bool:
+        """Whether metadata and scenario of the run have been written."""
+        return RUN in self.metadata and self.effective is not None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the run has ended, by what its log says."""
+        return RESULT in self.metadata
+
+    def extend(self) -> bool:
+        """Read what has been added to the file; return whether anything was.
+
+        Raises LogError for a file that cannot be read, is no MCAP file, or is damaged.
+        """
+        before = self._at
+        try:
+            with self.path.open("rb") as file:
+                size = file.seek(0, 2)
+                file.seek(0)
+                if self._at == 0:
+                    magic = file.read(len(MCAP0_MAGIC))
+                    if magic != MCAP0_MAGIC[: len(magic)]:
+                        raise LogError(f"{self.path}: not an MCAP file")
+                    if len(magic) < len(MCAP0_MAGIC):
+                        return False
+                    self._at = len(magic)
+                while not self.whole and self._at + HEAD.size <= size:
+                    file.seek(self._at)
+                    opcode, length = HEAD.unpack(file.read(HEAD.size))
+                    start = self._at + HEAD.size
+                    if opcode == 0 or start + length > size:
+                        break  # a record that is not complete, or a file that is cut
+                    if opcode == Opcode.CHUNK:
+                        self.chunks.append(Place(start, length, *_TIMES.unpack(file.read(16))))
+                    elif opcode in {Opcode.METADATA, Opcode.ATTACHMENT, Opcode.CHANNEL}:
+                        if length > _MAX_RECORD_BYTES:
+                            raise DamageError(f"a record of {length} bytes")  # noqa: TRY301
+                        self._keep(opcode, file.read(length))
+                    self.loose = self.loose or opcode == Opcode.MESSAGE
+                    self.whole = opcode == Opcode.FOOTER
+                    self._at = start + length
+        except OSError as error:
+            raise LogError(f"{self.path}: {error.strerror}") from error
+        except (DamageError, McapError, struct.error, ValueError) as error:
+            raise LogError(f"{self.path}: damaged at byte {self._at}: {error}") from error
+        return self._at > before
+
+    def unpacked(self, place: Place) -> bytes:
+        """Return the records in a chunk; raises LogError where it is damaged."""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(place.at)
+                chunk = Chunk.read(ReadDataStream(BytesIO(file.read(place.length))))
+            return unpacked(chunk, chunk_limit(self.vehicles))
+        except OSError as error:
+            raise LogError(f"{self.path}: {error.strerror}") from error
+        except (DamageError, McapError, struct.error, ValueError) as error:
+            raise LogError(f"{self.path}: damaged at byte {place.at}: {error}") from error
+
+    def _keep(self, opcode: int, body: bytes) -> None:
+        """Keep a record that is of use."""
+        stream = ReadDataStream(BytesIO(body))
+        if opcode == Opcode.METADATA:
+            found = Metadata.read(stream)
+            self.metadata[found.name] = found.metadata
+        elif opcode == Opcode.CHANNEL:
+            channel = Channel.read(stream)
+            self.topics[channel.id] = channel.topic
+        else:
+            attachment = Attachment.read(stream)
+            if attachment.name == EFFECTIVE:
+                self.effective = attachment.data

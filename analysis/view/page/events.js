@@ -1,0 +1,74 @@
+// What has happened, in words; each event is a way to its time.
+const WORDS = {
+  BRAKE: "brakes", BRAKE_END: "stops braking", MODEL: "law", COLLISION: "collides with the vehicle ahead",
+  FALLBACK: "falls back to FM", FALLBACK_END: "returns to its law", PROCESS_LOST: "process lost",
+  PROCESS_BACK: "process back", STOPPED: "the run is stopped", TRACE: "follows a trace", TRACE_END: "ends its trace",
+  SILENT: "sends no commands", SILENT_END: "sends commands again", TARGET: "target", FAULT: "fault", FAULT_END: "fault over",
+};
+const BAD = new Set(["COLLISION", "FALLBACK", "PROCESS_LOST", "STOPPED", "SILENT", "FAULT"]);
+const SHOWN = 200;
+
+export function words(event) {
+  const what = WORDS[event.kind] ?? event.kind.toLowerCase().replaceAll("_", " ");
+  const who = event.vehicle ? `vehicle ${event.vehicle} ` : "";
+  const colon = event.vehicle && !["FAULT", "FAULT_END"].includes(event.kind) ? ", " : ": ";
+  return `${who}${what}${event.text ? colon + event.text : ""}`;
+}
+
+export const isBad = (event) => BAD.has(event.kind);
+
+export class Events {
+  constructor(run, list, count, seek) {
+    Object.assign(this, { run, list, count, seek });
+    this.first = 0;
+    this.made = "";
+    this.at = -2;
+  }
+
+  draw(time) {
+    const { events } = this.run;
+    let past = 0;
+    while (past < events.length && events[past].time <= time + 1e-9) past += 1;
+    const first = Math.max(0, Math.min(events.length - SHOWN, past - SHOWN / 2));
+    const made = `${events.length} ${Math.floor(first / 50)}`;
+    if (made !== this.made) {
+      this.made = made;
+      this.first = Math.floor(first / 50) * 50;
+      this.#list(events.slice(this.first, this.first + SHOWN));
+      this.count.textContent = events.length === 1 ? "1 event" : `${events.length} events`;
+      this.at = -2;
+    }
+    if (past !== this.at) {
+      this.at = past;
+      [...this.list.children].forEach((item, i) => {
+        item.classList.toggle("ahead", this.first + i >= past);
+        item.classList.toggle("now", this.first + i === past - 1);
+      });
+      const now = this.list.children[past - 1 - this.first];
+      if (now && !this.list.matches(":hover, :focus-within")) this.list.scrollTop = now.offsetTop - this.list.offsetTop - this.list.clientHeight / 2;
+    }
+  }
+
+  #list(events) {
+    this.list.replaceChildren(...events.map((event) => {
+      const item = document.createElement("li");
+      const button = document.createElement("button");
+      const time = document.createElement("time");
+      const text = document.createElement("span");
+      button.type = "button";
+      time.textContent = `${event.time.toFixed(1)} s`;
+      text.textContent = words(event);
+      if (isBad(event)) item.className = "bad";
+      button.append(time, text);
+      button.addEventListener("click", () => this.seek(event.time, event.vehicle));
+      item.append(button);
+      return item;
+    }));
+    if (!events.length) {
+      const item = document.createElement("li");
+      item.className = "quiet";
+      item.textContent = "none yet";
+      this.list.append(item);
+    }
+  }
+}

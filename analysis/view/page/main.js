@@ -1,0 +1,239 @@
+// Puts the page together: asks the server for the run, moves the time on, and draws.
+import { Channel } from "./channel.js";
+import { Surface } from "./canvas.js";
+import { Theme } from "./colours.js";
+import { Events } from "./events.js";
+import { colourLegend, radioLegend } from "./legends.js";
+import { drawLens } from "./lens.js";
+import { Playhead } from "./playhead.js";
+import { drawRoad, vehicleAt } from "./road.js";
+import { Links, Overview, Pictures, Run } from "./run.js";
+import { Scene } from "./scene.js";
+import { SpaceTime } from "./spacetime.js";
+import { Tiles } from "./tiles.js";
+import { Transport } from "./transport.js";
+import { Charts } from "./vehicles.js";
+
+const ASK_EVERY = 200; // ms, while a run goes on
+const MOST_CHOSEN = 3;
+const get = (id) => document.getElementById(id);
+const theme = new Theme();
+const run = new Run();
+const playhead = new Playhead();
+const view = { chosen: [], colour: "speed", radio: "sends", scale: { low: 0, high: 1 }, links: null };
+let page = null;
+
+function trouble(text) {
+  get("trouble").hidden = !text;
+  if (get("trouble").textContent !== text) get("trouble").textContent = text;
+}
+
+async function ask() {
+  try {
+    const isNew = await run.refresh();
+    trouble(run.faults[0] ?? "");
+    if (run.begun) {
+      if (!page) begin();
+      playhead.reach(performance.now() / 1000, run.lastTime);
+      if (run.end !== null && playhead.following) {
+        playhead.following = false;
+        playhead.playing = playhead.time < playhead.end;
+      }
+      badge();
+      if (isNew || page.overview.times.length < run.points) await page.overview.refresh();
+    }
+  } catch (error) {
+    trouble(error instanceof TypeError ? "zenvoy view has ended; what is loaded stays." : error.message);
+  }
+  const done = run.begun && run.whole && page.overview.times.length >= run.points;
+  if (!done) setTimeout(ask, run.live || !run.begun ? ASK_EVERY : 50);
+}
+
+function badge() {
+  const said = run.live ? "live" : run.end === "complete" ? "complete" : run.end;
+  if (get("badge").textContent === said) return;
+  get("badge").textContent = said;
+  get("badge").className = `badge ${run.live ? "live" : run.end === "complete" ? "" : "bad"}`;
+}
+
+function begin() {
+  const { about } = run;
+  document.title = `${about.scenario} · Zenvoy`;
+  get("name").textContent = about.scenario;
+  const road = about.ring ? `ring of ${Math.round(about.ring).toLocaleString("en")} m` : "open road";
+  get("facts").textContent = [`${about.vehicles} vehicles`, road, about.model, about.technology,
+    about.clock === "realtime" ? "real time" : `lock-step, ${about.engine}`, `seed ${about.seed}`].filter(Boolean).join(" · ");
+  get("facts").title = about.description;
+  document.body.classList.toggle("open", !about.ring);
+  get("number").max = about.vehicles;
+  const surface = (id) => new Surface(get(id), theme);
+  const overview = new Overview(run);
+  page = {
+    overview,
+    pictures: new Pictures(run),
+    road: surface("road"),
+    lens: surface("lens"),
+    spacetime: new SpaceTime(surface("spacetime"), overview, about),
+    channel: new Channel(surface("channel"), get("channel-legend"), overview, theme),
+    charts: new Charts(run, get("charts"), theme, { remove, seek: (time) => transport.seek(time) }),
+    tiles: new Tiles(get("tiles")),
+    events: new Events(run, get("events"), get("event-count"), (time, vehicle) => {
+      transport.seek(time);
+      if (vehicle && !view.chosen.includes(vehicle)) choose([vehicle]);
+    }),
+  };
+  const cycle = (select) => () => {
+    select.selectedIndex = (select.selectedIndex + 1) % select.options.length;
+    select.dispatchEvent(new Event("change"));
+  };
+  const transport = new Transport(run, playhead, surface("marks"), theme, {
+    "[": () => step(-1), "]": () => step(1), t: () => theme.toggle(), c: cycle(get("colour")), r: cycle(get("radio")),
+    "?": () => get("keys").showModal(),
+  });
+  page.transport = transport;
+  radioLegend(get("radio-legend"));
+  choose(about.chosen);
+  get("colour").addEventListener("change", (event) => (view.colour = event.target.value));
+  get("radio").addEventListener("change", (event) => {
+    view.radio = event.target.value;
+    links();
+  });
+  get("choose").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const vehicle = Number(get("number").value);
+    if (!view.chosen.includes(vehicle)) choose([...view.chosen, vehicle].slice(-MOST_CHOSEN));
+    get("number").value = "";
+  });
+  get("road").addEventListener("click", (event) => {
+    if (!page.place || !page.scene) return;
+    const vehicle = vehicleAt(page.place, page.scene, event.offsetX, event.offsetY, 2 * page.road.em);
+    if (!vehicle) return;
+    if (event.shiftKey || event.ctrlKey) choose([...view.chosen.filter((one) => one !== vehicle), vehicle].slice(-MOST_CHOSEN));
+    else choose([vehicle]);
+  });
+  get("spacetime").addEventListener("click", (event) => {
+    transport.seek(page.diagram.timeAt(event.offsetX));
+    const vehicle = page.diagram.vehicleAt(event.offsetY);
+    if (event.shiftKey && vehicle >= 1 && vehicle <= about.vehicles) choose([vehicle]);
+  });
+  get("channel").addEventListener("click", (event) => transport.seek(page.load.timeAt(event.offsetX)));
+  if (run.live) playhead.following = playhead.playing = true;
+  else playhead.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  requestAnimationFrame(draw);
+}
+
+function step(by) {
+  const size = run.about.vehicles;
+  choose([((view.chosen[0] - 1 + by + size) % size) + 1, ...view.chosen.slice(1)]);
+}
+
+function remove(vehicle) {
+  choose(view.chosen.filter((one) => one !== vehicle));
+}
+
+function choose(chosen) {
+  view.chosen = [...new Set(chosen)];
+  view.lensGap = 0;
+  page.charts.choose(view.chosen);
+  get("lens-title").textContent = `Around vehicle ${view.chosen[0]}`;
+  get("vehicles-title").textContent = view.chosen.length === 1 ? `Vehicle ${view.chosen[0]}` : "Chosen vehicles";
+  links();
+}
+
+function links() {
+  if (view.radio === "off") view.links = null;
+  else view.links = new Links(run, view.radio === "neighbours" ? [] : view.chosen);
+}
+
+function fine(cycles) {
+  // At a high speed not every cycle is shown: about 30 of them a second.
+  const pace = playhead.following ? 1 : playhead.speed;
+  return Math.max(1, Math.floor((pace * cycles) / 30));
+}
+
+function scale() {
+  if (view.colour === "age") {
+    const high = Math.max(0.1, page.scene ? page.scene.total("oldest") : 0.1);
+    view.ageHigh = Math.max(view.ageHigh ?? 0, Math.ceil(high * 10) / 10);
+    return { low: 0, high: view.ageHigh };
+  }
+  return speedScale();
+}
+
+function speedScale() {
+  const { low, high } = page.overview;
+  if (!(low <= high)) return { low: 0, high: 1 };
+  const grain = high - low > 5 ? 1 : 0.1;
+  return { low: Math.floor(low / grain) * grain, high: Math.max(Math.ceil(high / grain) * grain, low + 0.2) };
+}
+
+let drawnAt = 0;
+const frames = (window.zenvoyFrames = { count: 0, since: performance.now() });
+
+function draw(now) {
+  requestAnimationFrame(draw);
+  const elapsed = Math.min(0.25, (now - drawnAt) / 1000);
+  drawnAt = now;
+  frames.count += 1;
+  const { about } = run;
+  const { pictures, charts } = page;
+  const stride = fine(1 / about.period);
+  const cycleOf = (time) => Math.floor(time / about.period / stride + 1e-6) * stride;
+  playhead.advance(elapsed, (time) => pictures.has(Math.min(cycleOf(time), run.last)));
+  const cycle = cycleOf(playhead.time);
+  const ahead = Math.ceil(Math.max(10, 1.5 / about.period) * (playhead.following ? 1 : Math.max(1, playhead.speed)));
+  pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride).catch(report);
+  charts.want(playhead.time).catch(report);
+  const slow = stride === 1;
+  if (view.links && slow) view.links.want(cycle - 3, cycle + Math.min(ahead, 20)).catch(report);
+  const before = pictures.before(cycle, 8 * stride);
+  const to = run.live ? Math.max(20, playhead.end) : run.lastTime;
+  if (before) {
+    const scene = new Scene(about, before, pictures.get(before.cycle + stride), playhead.time);
+    page.scene = scene;
+    view.scale = scale();
+    page.place = drawRoad(page.road, scene, view);
+    drawLens(page.lens, scene, view);
+    const recent = [];
+    for (let k = cycle - 20 * stride; k <= cycle; k += stride) if (pictures.get(k)) recent.push(pictures.get(k));
+    const settled = recent.filter((picture) => picture.total("delivered") >= 0);
+    const wall = before.total("wall");
+    page.tiles.show(scene, settled, wall > 0 ? (before.cycle * about.period) / wall : NaN);
+    const modes = view.colour === "mode" ? seen(scene) : [];
+    colourLegend(get("legend"), view.colour, view.scale, modes, theme, about.modes[6]?.[0]);
+    describe(scene);
+  }
+  const scaleOfSpeed = speedScale();
+  colourLegend(get("spacetime-legend"), "speed", scaleOfSpeed, [], theme);
+  page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: scaleOfSpeed, chosen: view.chosen });
+  charts.draw(playhead.time, run.events);
+  page.load = page.channel.draw(to, playhead.time);
+  page.events.draw(playhead.time);
+  page.transport.draw();
+}
+
+// The modes in which vehicles have been seen, with their names and colours.
+function seen(scene) {
+  view.modes ??= new Set();
+  for (const mode of scene.modes) if (mode === mode) view.modes.add(mode);
+  return [...view.modes].sort((a, b) => a - b).map((mode) => run.about.modes[mode] ?? [`mode ${mode}`, "#999999"]);
+}
+
+let described = 0;
+
+// Says in words what the road shows, every few seconds, for those who cannot see it.
+function describe(scene) {
+  if (drawnAt - described < 2000) return;
+  described = drawnAt;
+  const gap = scene.total("smallest_gap");
+  get("road").setAttribute("aria-label", `The road from above at ${scene.time.toFixed(1)} s: ${scene.size} vehicles, `
+    + `mean speed ${scene.total("mean_speed").toFixed(1)} m/s, smallest gap ${gap.toFixed(1)} m`);
+}
+
+function report(error) {
+  if (!(error instanceof TypeError)) trouble(error.message);
+}
+
+get("theme").addEventListener("click", () => theme.toggle());
+get("help").addEventListener("click", () => get("keys").showModal());
+ask();

@@ -1,0 +1,226 @@
+// The road from above: a ring as a ring, an open road as a strip that goes with the vehicles.
+import { framesAt, painter } from "./scene.js";
+
+export function drawRoad(surface, scene, view) {
+  const g = surface.begin();
+  const place = scene.about.ring ? ring(surface, scene) : strip(surface, scene);
+  place.road(g);
+  const frames = view.links ? framesAt(scene, view.links, scene.about.period, view.radio, view.chosen) : [];
+  drawFrames(g, surface, place, scene, frames);
+  const paint = painter(view.colour, scene, view.scale, surface.theme);
+  drawVehicles(g, surface, place, scene, paint, view.chosen);
+  return place;
+}
+
+function ring(surface, scene) {
+  const { width, height, em, theme } = surface;
+  const length = scene.about.ring;
+  const middle = [width / 2, height / 2];
+  const road = Math.max(10, Math.min(1.7 * em, 0.05 * Math.min(width, height)));
+  const radius = Math.max(30, Math.min(width, height) / 2 - 1.5 * em - road / 2);
+  const angle = (p) => (p / length) * 2 * Math.PI - Math.PI / 2;
+  return {
+    perMetre: (2 * Math.PI * radius) / length,
+    road_px: road,
+    at(p, off = 0) {
+      const a = angle(p);
+      return [middle[0] + (radius + off) * Math.cos(a), middle[1] + (radius + off) * Math.sin(a), a + Math.PI / 2];
+    },
+    // Frames go inside the ring, deeper where they go farther.
+    control(p, q) {
+      let apart = ((q - p) % length + length) % length;
+      if (apart > length / 2) apart -= length;
+      const depth = 1 - Math.min(0.95, 0.25 + 1.5 * Math.abs(apart / length));
+      const a = angle(p + apart / 2);
+      return [middle[0] + radius * depth * Math.cos(a), middle[1] + radius * depth * Math.sin(a)];
+    },
+    road() {
+      const g = surface.context;
+      g.strokeStyle = theme.road;
+      g.lineWidth = road;
+      circle(g, middle, radius);
+      g.strokeStyle = theme.edge;
+      g.lineWidth = 1;
+      circle(g, middle, radius - road / 2);
+      circle(g, middle, radius + road / 2);
+      g.lineWidth = 1.5;
+      for (let n = 0; n < 8; n++) chevron(g, this.at((n / 8) * length), 0.18 * road);
+    },
+    labelOff: road / 2 + 0.75 * em,
+  };
+}
+
+// An arrow head in the direction of travel.
+function chevron(g, [x, y, angle], size) {
+  g.save();
+  g.translate(x, y);
+  g.rotate(angle);
+  g.beginPath();
+  g.moveTo(-size, -size);
+  g.lineTo(0, 0);
+  g.lineTo(-size, size);
+  g.stroke();
+  g.restore();
+}
+
+function circle(g, [x, y], radius) {
+  g.beginPath();
+  g.arc(x, y, radius, 0, 2 * Math.PI);
+  g.stroke();
+}
+
+function strip(surface, scene) {
+  const { width, height, em, theme } = surface;
+  let low = Infinity;
+  let high = -Infinity;
+  for (const p of scene.positions) {
+    low = Math.min(low, p);
+    high = Math.max(high, p);
+  }
+  const room = Math.max(20, 0.04 * (high - low));
+  low -= room + scene.about.length;
+  high += room;
+  const perMetre = width / (high - low);
+  const y = height - 3.6 * em;
+  const road = Math.max(12, 1.7 * em);
+  return {
+    perMetre,
+    road_px: road,
+    at: (p, off = 0) => [(p - low) * perMetre, y + off, 0],
+    control(p, q) {
+      const reach = Math.abs(q - p) * perMetre;
+      return [(((p + q) / 2) - low) * perMetre, y - Math.min(1.85 * (y - em), 1.2 * em + 0.8 * reach)];
+    },
+    road() {
+      const g = surface.context;
+      g.fillStyle = theme.road;
+      g.fillRect(0, y - road / 2, width, road);
+      g.fillStyle = theme.edge;
+      g.fillRect(0, y - road / 2, width, 1);
+      g.fillRect(0, y + road / 2, width, 1);
+      const grain = [10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000].find((m) => m * perMetre > 6 * em) ?? 20000;
+      g.fillStyle = theme.quiet;
+      g.textAlign = "center";
+      g.textBaseline = "top";
+      for (let m = Math.ceil(low / grain) * grain; m <= high; m += grain) {
+        const x = (m - low) * perMetre;
+        g.fillRect(x, y + road / 2, 1, 0.4 * em);
+        if (x > 2.5 * em && x < width - 2.5 * em) g.fillText(`${m.toLocaleString("en")} m`, x, y + road / 2 + 1.9 * em);
+      }
+    },
+    labelOff: road / 2 + 1.05 * em,
+  };
+}
+
+function drawVehicles(g, surface, place, scene, paint, chosen) {
+  const { theme, em } = surface;
+  const spacing = place.perMetre * (scene.about.ring ?? spread(scene)) / scene.size;
+  const long = Math.max(2, Math.min(Math.max(scene.about.length * place.perMetre, 0.62 * em), 0.85 * spacing));
+  const wide = Math.max(3, 0.42 * place.road_px);
+  const fine = spacing < 4;
+  for (let i = 0; i < scene.size; i++) {
+    const [x, y, angle] = place.at(scene.positions[i]);
+    const { fill, hollow } = paint(i);
+    g.save();
+    g.translate(x, y);
+    g.rotate(angle);
+    g.fillStyle = hollow ? theme.panel : fill;
+    if (fine) {
+      g.fillStyle = fill;
+      g.fillRect(-long, -wide / 2, long, wide);
+    } else {
+      g.beginPath();
+      g.roundRect(-long, -wide / 2, long, wide, Math.min(3, long / 3));
+      g.fill();
+      g.lineWidth = hollow ? 2 : 1;
+      g.strokeStyle = hollow ? fill : theme.isDark ? "rgb(255 255 255 / 55%)" : "rgb(0 0 0 / 45%)";
+      g.stroke();
+    }
+    g.restore();
+  }
+  g.textAlign = "center";
+  g.textBaseline = "middle";
+  const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((n) => n * spacing > 1.9 * em) ?? 1000;
+  for (let v = 1; v <= scene.size; v++) {
+    const isChosen = chosen.includes(v);
+    if (!isChosen && (v % every || chosen.some((one) => Math.abs(one - v) * spacing < 1.9 * em))) continue;
+    const at = scene.positions[v - 1] - long / 2 / place.perMetre;
+    const [x, y, angle] = place.at(at, place.labelOff);
+    if (isChosen) {
+      const [cx, cy] = place.at(at);
+      g.save();
+      g.translate(cx, cy);
+      g.rotate(angle);
+      g.strokeStyle = theme.accent;
+      g.lineWidth = 2.5;
+      g.strokeRect(-long / 2 - 3, -wide / 2 - 3, long + 6, wide + 6);
+      g.restore();
+    }
+    surface.font(0.8, isChosen ? 700 : 400);
+    g.fillStyle = isChosen ? theme.accent : theme.quiet;
+    g.fillText(v, x, y);
+  }
+}
+
+function spread(scene) {
+  return Math.max(1, Math.abs(scene.positions[0] - scene.positions[scene.size - 1]));
+}
+
+export function drawFrames(g, surface, place, scene, frames) {
+  const { theme, em } = surface;
+  for (const frame of frames) {
+    const p = scene.positions[frame.source - 1];
+    const q = scene.positions[frame.destination - 1];
+    const a = place.at(p);
+    const b = place.at(q);
+    const c = place.control(p, q);
+    const onItsWay = frame.heard && frame.progress < 1;
+    g.strokeStyle = g.fillStyle = theme[frame.name];
+    g.globalAlpha = onItsWay ? 0.35 : frame.heard ? 0.6 : 0.95;
+    g.lineWidth = frame.heard ? 1.2 : 1.8;
+    g.setLineDash(frame.heard ? [] : [4, 4]);
+    g.beginPath();
+    g.moveTo(a[0], a[1]);
+    const until = frame.heard ? 1 : 0.5 * frame.progress;
+    if (until === 1) g.quadraticCurveTo(c[0], c[1], b[0], b[1]);
+    else for (let s = 0.05; s <= until + 1e-9; s += 0.05) g.lineTo(...along(a, c, b, s));
+    g.stroke();
+    g.setLineDash([]);
+    g.globalAlpha = 1;
+    if (onItsWay) {
+      g.beginPath();
+      g.arc(...along(a, c, b, frame.progress), 0.28 * em, 0, 7);
+      g.fill();
+    } else if (!frame.heard) {
+      const [x, y] = along(a, c, b, until);
+      const r = 0.26 * em;
+      g.lineWidth = 2;
+      g.beginPath();
+      g.moveTo(x - r, y - r);
+      g.lineTo(x + r, y + r);
+      g.moveTo(x + r, y - r);
+      g.lineTo(x - r, y + r);
+      g.stroke();
+    }
+  }
+}
+
+function along([ax, ay], [cx, cy], [bx, by], s) {
+  const r = 1 - s;
+  return [r * r * ax + 2 * r * s * cx + s * s * bx, r * r * ay + 2 * r * s * cy + s * s * by];
+}
+
+// The number of the vehicle nearest to a point of the canvas; 0 if none is near.
+export function vehicleAt(place, scene, x, y, within) {
+  let best = within * within;
+  let found = 0;
+  for (let i = 0; i < scene.size; i++) {
+    const [vx, vy] = place.at(scene.positions[i]);
+    const apart = (vx - x) ** 2 + (vy - y) ** 2;
+    if (apart < best) {
+      best = apart;
+      found = i + 1;
+    }
+  }
+  return found;
+}

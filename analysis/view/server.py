@@ -1,0 +1,209 @@
+"""Serves the page of a run on this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import json
+import socket
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from tornado.httpserver import HTTPServer
+from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
+
+from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.view.doors import refusal
+from zenvoy.analysis.view.watched import WatchedRun
+
+ADDRESS: Final = "127.0.0.1"
+PORT: Final = 8600
+"""The port where a browser may look first."""
+_PAUSE_S: Final = 0.1  # between looks at a log that has not grown
+_HEADERS: Final = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+class PortError(Exception):
+    """A port cannot be listened on."""
+
+
+def listener(port: int | None) -> socket.socket:
+    """Return a socket that listens on loopback; raises PortError.
+
+    For None it takes the usual port, or any free one if that is taken.
+    """
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        made.bind((ADDRESS, PORT if port is None else port))
+    except OSError as error:
+        if port is not None or error.errno not in {errno.EADDRINUSE, errno.EACCES}:
+            made.close()
+            raise PortError(f"port {port}: {error.strerror}") from error
+        made.bind((ADDRESS, 0))
+    made.listen(128)
+    made.setblocking(False)
+    return made
+
+
+def address_of(made: socket.socket) -> str:
+    """Return the address of the page."""
+    return f"http://{ADDRESS}:{made.getsockname()[1]}/"
+
+
+async def serve(path: Path, made: socket.socket, until: asyncio.Event) -> None:
+    """Serve the page of the run logged at `path` until an event is set.
+
+    The log may not exist yet. Raises LogError for a file that is not the log of a run.
+    """
+    run = WatchedRun(path)
+    with ThreadPoolExecutor(1, "reader") as reader:  # one thread, because a run may have only one
+        server = HTTPServer(_application(run, reader))
+        server.add_socket(made)
+        reading = asyncio.create_task(_follow(run, path, reader))
+        ending = asyncio.create_task(until.wait())
+        try:
+            done, _ = await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
+            if reading in done and reading.exception() is not None:
+                raise reading.exception()  # type: ignore[misc]  # it is not None
+            await ending
+        finally:
+            server.stop()
+            reading.cancel()
+            ending.cancel()
+            await server.close_all_connections()
+
+
+async def _follow(run: WatchedRun, path: Path, reader: ThreadPoolExecutor) -> None:
+    """Read the log until its end, or for as long as it may grow."""
+    loop = asyncio.get_running_loop()
+    while not (run.begun and run.whole):
+        more = path.exists() and await loop.run_in_executor(reader, run.extend)
+        await asyncio.sleep(0 if more else _PAUSE_S)
+
+
+def _application(run: WatchedRun, reader: ThreadPoolExecutor) -> Application:
+    given = {"run": run, "reader": reader}
+    page = str(files("zenvoy.analysis.view") / "page")
+    return Application(
+        [
+            *((f"/{name}", handler, given) for name, handler in _HANDLERS.items()),
+            (r"/(.*)", _Page, {"path": page, "default_filename": "index.html"}),
+        ],
+        log_function=lambda _: None,
+    )
+
+
+class _Guarded(RequestHandler):
+    """A handler that answers only to its own page."""
+
+    def prepare(self) -> None:
+        why = refusal(self.request.headers)
+        if why is not None:
+            self.set_status(403)
+            self.finish(why)
+
+    def log_exception(self, kind: Any, error: Any, trace: Any) -> None:
+        """Print errors of this program, but no requests that are refused."""
+        if not isinstance(error, HTTPError):
+            super().log_exception(kind, error, trace)
+
+    def set_default_headers(self) -> None:
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+
+class _Page(_Guarded, StaticFileHandler):
+    """The files of the page."""
+
+    def set_extra_headers(self, path: str) -> None:
+        self.set_header("Cache-Control", "no-cache")
+
+
+class _OfRun(_Guarded):
+    """A handler that asks the run, in the thread that may use it."""
+
+    def initialize(self, run: WatchedRun, reader: ThreadPoolExecutor) -> None:
+        """Take what the application gives."""
+        self._run = run
+        self._reader = reader
+
+    async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
+        """Return an answer of the run."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._reader, question, *arguments)
+        except LogError as error:
+            raise HTTPError(503, reason="the log cannot be read", log_message=str(error)) from error
+
+    def number(self, name: str, default: int) -> int:
+        """Return an argument that is a whole number of 0 or more."""
+        text = self.get_query_argument(name, str(default))
+        if not (text.isascii() and text.isdigit() and len(text) < 12):
+            raise HTTPError(400)
+        return int(text)
+
+    def numbers(self, name: str) -> Sequence[int]:
+        """Return an argument that is a list of whole numbers, with commas between."""
+        text = self.get_query_argument(name, "")
+        if not text.replace(",", "").isdigit():
+            return ()
+        return [int(part) for part in text.split(",") if part and len(part) < 6]
+
+    async def answer(self, question: Callable[..., Any], *arguments: Any) -> None:
+        """Answer with bytes, or with values as JSON."""
+        found = await self.ask(question, *arguments)
+        if isinstance(found, bytes):
+            self.set_header("Content-Type", "application/octet-stream")
+            self.finish(found)
+        else:
+            self.set_header("Content-Type", "application/json; charset=utf-8")
+            self.finish(json.dumps(found))
+
+
+class _About(_OfRun):
+    async def get(self) -> None:
+        await self.answer(self._run.about)
+
+
+class _State(_OfRun):
+    async def get(self) -> None:
+        await self.answer(self._run.state, self.number("events", 0))
+
+
+class _Cycles(_OfRun):
+    async def get(self) -> None:
+        first, last = self.number("from", 0), self.number("to", 0)
+        step = max(1, self.number("step", 1))
+        await self.answer(self._run.cycles, first, last, step, self.numbers("vehicles"))
+
+
+class _Links(_OfRun):
+    async def get(self) -> None:
+        first, last = self.number("from", 0), self.number("to", 0)
+        await self.answer(self._run.links, first, last, self.numbers("vehicles"))
+
+
+class _Overview(_OfRun):
+    async def get(self) -> None:
+        await self.answer(self._run.overview, self.number("from", 0))
+
+
+_HANDLERS: Final[dict[str, type[_OfRun]]] = {
+    "about": _About,
+    "state": _State,
+    "cycles": _Cycles,
+    "links": _Links,
+    "overview": _Overview,
+}
