@@ -27,10 +27,16 @@ OBSERVER: Final = "observer"
 """The role of a program that only looks on, such as a recorder."""
 
 SERVERS: Final = ("world", "channel")
-"""The roles to which others connect."""
+"""The roles of a run to which others connect."""
+
+ROUTER: Final = "router"
+"""The role of a Zenoh router, which may do nothing on its own account."""
+
+ANY_RUN: Final = "*"
+"""Instead of the name of a run: the rules of a router, which outlives runs."""
 
 _NAME: Final = re.compile(
-    r"(?P<name>world|channel|observer|vehicle-(?P<one>[1-9][0-9]{0,6})"
+    r"(?P<name>world|channel|router|observer|vehicle-(?P<one>[1-9][0-9]{0,6})"
     r"|vehicles-(?P<first>[1-9][0-9]{0,6})-(?P<last>[1-9][0-9]{0,6}))\.(?P<number>[0-9a-f]{8})",
     re.ASCII,
 )
@@ -73,7 +79,8 @@ def member_of(common_name: str) -> Member:
     if found is None:
         raise ValueError(
             f"{common_name[:80]!r} is not the name of a certificate; allowed: world, channel, "
-            "observer, vehicle-N and vehicles-N-M, each with a point and 8 hexadecimal digits"
+            "router, observer, vehicle-N and vehicles-N-M, each with a point and 8 hexadecimal "
+            "digits"
         )
     if found["one"]:
         return Member(common_name=common_name, role="vehicle", vehicles=(int(found["one"]),))
@@ -96,9 +103,11 @@ def access_control(
     carry anything, such as the Unix sockets of this machine. Whoever is neither a member nor on
     such a link may do nothing.
     """
-    rules: list[Rule] = [_rule("trusted", _ALL, ("ingress", "egress"), ["**"])]
-    subjects: list[Rule] = [{"id": "trusted", "link_protocols": list(trusted)}]
-    policies: list[Rule] = [{"rules": ["trusted"], "subjects": ["trusted"]}]
+    rules, subjects, policies = list[Rule](), list[Rule](), list[Rule]()
+    if trusted:  # without protocols, the subject would be everybody
+        rules.append(_rule("trusted", _ALL, ("ingress", "egress"), ["**"]))
+        subjects.append({"id": "trusted", "link_protocols": list(trusted)})
+        policies.append({"rules": ["trusted"], "subjects": ["trusted"]})
     for member in members:
         own = list(_rules(member, run, size, shared))
         if own:
@@ -120,7 +129,7 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
     vehicles = [vehicle for vehicle in member.vehicles if vehicle <= size]
     processes = [process.name for process in shared if {*process.vehicles} <= {*vehicles}]
     is_vehicle, is_world = member.role == "vehicle", member.role == "world"
-    if is_vehicle and not vehicles:
+    if member.role == ROUTER or (is_vehicle and not vehicles):
         return
     writes = [topic for topic in TOPICS if topic.writer == member.role and topic.pattern]
     reads = [topic for topic in TOPICS if topic.reader in (member.role, None) and topic.pattern]
@@ -135,11 +144,13 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
             found += [topic.shared_key(run, process) for process in processes]
         return found
 
-    names = [*(vehicle_name(vehicle, size) for vehicle in vehicles), *processes]
+    names = [*_names(vehicles, run, size), *processes]
     tokens = [alive_key(run, name) for name in (names if is_vehicle else [member.role])]
     tokens += [host_key(run, name) for name in names]
     everyone, world = [alive_key(run)], [alive_key(run, "world")]
     sees = everyone if member.role in SERVERS else world
+    if is_world:
+        sees = [*everyone, host_key(run)]
     state = [scenario_key(run), processes_key(run), about_key()]
     asks, answers = (state, []) if is_vehicle else ([], state if is_world else [])
     readers = [topic.keys(run) for topic in writes]
@@ -166,6 +177,13 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
     for message, flow, allowed in granted:
         if allowed:
             yield _rule(f"{member.common_name} {message} {flow}", [message], [flow], [*allowed])
+
+
+def _names(vehicles: Sequence[int], run: str, size: int) -> list[str]:
+    """Return the names of the processes of vehicles; in any run, with the digits of any fleet."""
+    fleets = [size] if run != ANY_RUN else [10**n - 1 for n in range(2, max(2, len(str(size))) + 1)]
+    named = (vehicle_name(one, fleet) for fleet in fleets for one in vehicles if one <= fleet)
+    return list(dict.fromkeys(named))
 
 
 def _rule(name: str, messages: Sequence[str], flows: Sequence[str], keys: Sequence[str]) -> Rule:

@@ -39,6 +39,7 @@ class Wiring:
     absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
     shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
     doors: Doors | None = None  # for TLS endpoints
+    router: bool = False  # whether it connects to a Zenoh router, and nobody listens
     patient: bool = False  # whether it waits for the others without a limit before it begins
 
 
@@ -99,7 +100,11 @@ class Connection(ABC):
         if wiring.doors is not None and wiring.doors.access:
             self._doorkeeper = Doorkeeper(self._participant.name, wiring.run)
         self._session = open_session(
-            wiring.listen, wiring.connect, realtime=self.realtime, doors=wiring.doors
+            wiring.listen,
+            wiring.connect,
+            realtime=self.realtime,
+            doors=wiring.doors,
+            router=wiring.router,
         )
         try:
             self.on_open(self._session)

@@ -20,6 +20,10 @@ class StalledError(BusError):
         self.culprits = tuple(culprits)
 
 
+class RouterError(StalledError):
+    """A Zenoh router is not there, or does not let this process in; the text names it."""
+
+
 class StoppedError(BusError):
     """The process was asked to end while it waited."""
 

@@ -10,7 +10,7 @@ import zenoh
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.doors import Doors
-from zenvoy.bus.errors import NoAnswerError
+from zenvoy.bus.errors import NoAnswerError, RouterError
 from zenvoy.bus.querying import Answer, answer, reply_to
 from zenvoy.bus.runs import offer_about, the_run
 from zenvoy.bus.session import open_session
@@ -85,15 +85,23 @@ def offer(
 
 
 def ask(
-    run: str | None, connect: Sequence[str], limit_s: float, doors: Doors | None = None
+    run: str | None,
+    connect: Sequence[str],
+    limit_s: float,
+    doors: Doors | None = None,
+    *,
+    router: bool = False,
 ) -> RunState:
     """Return the state of the run whose world is at one of the endpoints; None: the only one.
 
-    Raises NoAnswerError, or SeveralRunsError, which lists them.
+    With `router`, they are those of Zenoh routers. Raises NoAnswerError, or SeveralRunsError, which
+    lists the runs.
     """
     try:
         # A listener accepts the default transport besides the low-latency one.
-        session = open_session([], connect, realtime=True, doors=doors)
+        session = open_session([], connect, realtime=True, doors=doors, router=router)
+    except RouterError as error:
+        raise NoAnswerError(str(error)) from error
     except zenoh.ZError as error:
         raise NoAnswerError(
             f"{', '.join(connect)}: no endpoint such as tcp/<host>:<port> or unixsock-stream/<path>"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
 from collections.abc import Sequence
 from typing import Final
@@ -11,6 +12,7 @@ from typing import Final
 import zenoh
 
 from zenvoy.bus.doors import Doors
+from zenvoy.bus.errors import RouterError
 
 # The runtime reads this when a process opens its first session. With a single worker, about one
 # process in 15,000 hung while it declared its first subscriber: the worker waited for a lock on the
@@ -30,6 +32,17 @@ _IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,  # µs
 }
 
+# Routers as they come have no low-latency transport. One that is not there is an error, because
+# nothing ends a wait for it: Python's signal handlers do not run in the meantime.
+_AT_A_ROUTER: Final[dict[str, object]] = {
+    "mode": "client",
+    "transport/unicast/lowlatency": False,
+    "connect/timeout_ms": 10_000,
+}
+
+_SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # a place in Zenoh's code
+_LONGEST: Final = 200  # characters of an error of Zenoh
+
 _NICENESS: Final = 5  # reduces the scheduler's weight to a third
 
 
@@ -39,11 +52,14 @@ def open_session(
     *,
     realtime: bool = False,
     doors: Doors | None = None,
+    router: bool = False,
 ) -> zenoh.Session:
     """Open a peer session on explicit endpoints, without scouting or relay.
 
     Lock-step uses the low-latency transport, which blocks if a peer does not read. Real time uses
     the default transport. Both ends of a link must use the same one. `doors` are for TLS endpoints.
+    With `router`, the endpoints are those of Zenoh routers, and the session is a client of one;
+    raises RouterError if none lets it in.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _FEW_WORKERS)
     settings: dict[str, object] = {
@@ -65,12 +81,19 @@ def open_session(
         "transport/shared_memory/enabled": False,
     }
     settings |= _IN_REAL_TIME if realtime else {}
+    settings |= _AT_A_ROUTER if router else {}
     if doors is not None:
         settings |= doors.settings
     config = zenoh.Config()
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
+    try:
+        return zenoh.open(config)
+    except zenoh.ZError as error:
+        if not router:
+            raise
+        why = _SOURCE.sub("", " ".join(str(error).split()))[:_LONGEST]
+        raise RouterError(f"no session with the router {', '.join(connect)}: {why}") from error
 
 
 def give_way() -> None:

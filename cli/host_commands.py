@@ -17,12 +17,14 @@ from zenvoy.cli.options import (
     CertsOption,
     DurationOption,
     InsecureOption,
+    RouterOption,
     ScenarioArgument,
     SeedOption,
     SetOption,
     StrictOption,
     print_notes,
     scenario_of,
+    the_endpoints,
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.terminal import console, errors, refuse
@@ -34,12 +36,13 @@ _SPAN: Final = re.compile(r"([1-9][0-9]{0,6})(?:-([1-9][0-9]{0,6}))?", re.ASCII)
 def serve(
     scenario: ScenarioArgument,
     listen: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             metavar="tls/HOST:PORT",
             help="Where the world listens, and the channel on the next port; repeatable.",
         ),
-    ],
+    ] = None,
+    router: RouterOption = None,
     overrides: SetOption = None,
     seed: SeedOption = None,
     duration_s: DurationOption = None,
@@ -64,6 +67,8 @@ def serve(
         refuse("clock: realtime needs the clock of one machine; allowed: lock-step")
     if per_process < 1:
         refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    if not listen and router is None:
+        refuse("--listen or --router: is missing; allowed: where to listen, or a Zenoh router")
     from zenvoy.bus.vehicle_processes import vehicle_processes
     from zenvoy.cli.execute import execute
     from zenvoy.cli.opening import guests_of
@@ -71,7 +76,15 @@ def serve(
     from zenvoy.fleet.muster import Muster
 
     size = loaded.scenario.fleet.size
-    guests = guests_of((), listen, loaded.scenario, certs, insecure=insecure, all_elsewhere=True)
+    guests = guests_of(
+        (),
+        listen or (),
+        loaded.scenario,
+        certs,
+        insecure=insecure,
+        router=router,
+        all_elsewhere=True,
+    )
     print_notes(loaded, strict)
     waiting = Waiting(Muster(vehicle_processes(size, per_process)), console, certs)
     with interruptible():
@@ -82,13 +95,14 @@ def serve(
 
 
 def join(
+    vehicles: Annotated[str, typer.Option(metavar="N-M", help="The vehicles to drive here.")],
     connect: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
         ),
-    ],
-    vehicles: Annotated[str, typer.Option(metavar="N-M", help="The vehicles to drive here.")],
+    ] = None,
+    router: RouterOption = None,
     run: Annotated[
         str | None,
         typer.Option(help="Name of the run, as zenvoy serve prints it [default: the only one]."),
@@ -118,13 +132,14 @@ def join(
     if found is None or int(found[2] or found[1]) < int(found[1]):
         refuse(f"--vehicles {vehicles}: is not N or N-M with 1 <= N <= M, as 21-40")
     span = range(int(found[1]), int(found[2] or found[1]) + 1)
+    endpoints = the_endpoints(connect, router, needed=True)
     from zenvoy.cli.sharing import join_share
 
     with interruptible():
         code = join_share(
             span,
             run,
-            connect,
+            endpoints,
             timeout_s,
             certs,
             console,
@@ -132,6 +147,7 @@ def join(
             out=out,
             per_process=per_process,
             host=host,
+            router=router is not None,
             allow_code=allow_code,
         )
     os._exit(flush(code))

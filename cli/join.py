@@ -29,6 +29,7 @@ def join(
     errors: Console,
     certs: Path | None = None,
     *,
+    router: bool = False,
     allow_code: bool = False,
 ) -> int:
     """Join a run, and drive the vehicle to its end; return the exit code."""
@@ -36,7 +37,7 @@ def join(
         errors.print(f"--timeout-s {limit_s:g}: is not in [{_SHORTEST_S}, {_LONGEST_S}]")
         return exits.BAD_INPUT
     try:
-        vacancy = find(vehicle, run, connect, limit_s, certs, allow_code=allow_code)
+        vacancy = find(vehicle, run, connect, limit_s, certs, router=router, allow_code=allow_code)
     except (JoinError, GuestsError, NoAnswerError, CertificatesError) as error:
         errors.print(str(error))
         return exits.BAD_INPUT

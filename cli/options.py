@@ -85,9 +85,32 @@ CertsOption = Annotated[
 InsecureOption = Annotated[
     bool,
     typer.Option(
-        "--insecure", help="Listen beyond this machine without TLS, open to anybody there."
+        "--insecure",
+        help="Listen beyond this machine, or use a router there, without TLS, open to anybody.",
     ),
 ]
+
+
+RouterOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="tls/HOST:PORT", help="A Zenoh router for all processes; then nobody listens."
+    ),
+]
+
+
+def the_endpoints(
+    connect: list[str] | None, router: str | None, *, needed: bool
+) -> tuple[str, ...]:
+    """Return the endpoints of a run, or that of its router; if both are named, exit.
+
+    Exit as well if they are `needed`, and there are none.
+    """
+    if connect and router is not None:
+        refuse(f"--connect {connect[0]}: with --router everybody connects to it; allowed: one")
+    if needed and not connect and router is None:
+        refuse("--connect or --router: is missing; allowed: the endpoints of a run, or its router")
+    return tuple(connect or ()) if router is None else (router,)
 
 
 def scenario_of(

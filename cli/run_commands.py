@@ -18,6 +18,7 @@ from zenvoy.cli.options import (
     DurationOption,
     EngineName,
     InsecureOption,
+    RouterOption,
     ScenarioArgument,
     SeedOption,
     SetOption,
@@ -25,6 +26,7 @@ from zenvoy.cli.options import (
     choice_of,
     print_notes,
     scenario_of,
+    the_endpoints,
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.terminal import console, errors, refuse, say
@@ -75,6 +77,7 @@ def run(
             "tcp/HOST:PORT has no locks.",
         ),
     ] = None,
+    router: RouterOption = None,
     certs: CertsOption = None,
     insecure: InsecureOption = False,
     strict: StrictOption = False,
@@ -99,14 +102,22 @@ def run(
         refuse("clock: realtime needs processes; allowed: --engine processes")
     if per_process < 1:
         refuse(f"--vehicles-per-process {per_process}: is not at least 1")
-    if (without or listen or per_process > 1) and asked != "processes":
+    if (without or listen or router or per_process > 1) and asked != "processes":
         refuse(
-            "--without, --listen and --vehicles-per-process need processes; "
+            "--without, --listen, --router and --vehicles-per-process need processes; "
             "allowed: --engine processes"
         )
     from zenvoy.cli.opening import guests_of
 
-    others = guests_of(without or (), listen or (), loaded.scenario, certs, insecure=insecure)
+    others = guests_of(
+        without or (),
+        listen or (),
+        loaded.scenario,
+        certs,
+        insecure=insecure,
+        router=router,
+        per_process=per_process,
+    )
     from zenvoy.fleet.choice import EngineError, choose
 
     try:
@@ -134,6 +145,7 @@ def vehicle(
             metavar="ENDPOINT", help="Endpoint of the world; repeat it for that of the channel."
         ),
     ] = None,
+    router: RouterOption = None,
     certs: CertsOption = None,
     timeout_s: Annotated[
         float, typer.Option(help="Longest wait for an answer of the run, s [0.1 to 86400].")
@@ -145,7 +157,15 @@ def vehicle(
 
     with interruptible():
         code = join(
-            vehicle, run, connect or (), timeout_s, console, errors, certs, allow_code=allow_code
+            vehicle,
+            run,
+            the_endpoints(connect, router, needed=False),
+            timeout_s,
+            console,
+            errors,
+            certs,
+            router=router is not None,
+            allow_code=allow_code,
         )
     os._exit(flush(code))  # an open session would keep the interpreter from exiting
 

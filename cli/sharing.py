@@ -29,6 +29,7 @@ def join_share(
     out: Path | None,
     per_process: int | None,
     host: str | None,
+    router: bool,
     allow_code: bool,
 ) -> int:
     """Join a run with some vehicles, and drive them to its end; return the exit code.
@@ -44,6 +45,7 @@ def join_share(
             certs,
             per_process=per_process,
             host=host,
+            router=router,
             allow_code=allow_code,
         )
         folder = make_folder(out, f"join-{vehicles[0]}-{vehicles[-1]}")

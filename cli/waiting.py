@@ -23,7 +23,8 @@ class Waiting:
     def begin(self, endpoints: RunEndpoints) -> None:
         """Tell how to join."""
         missing = spans(self._muster.missing)
-        connect = " ".join(f"--connect {one}" for one in from_elsewhere(endpoints))
+        option = "--router" if endpoints.router else "--connect"
+        connect = " ".join(f"{option} {one}" for one in from_elsewhere(endpoints))
         certs = "" if self._certs is None else " --certs DIR"
         self._say(f"waiting for vehicles {missing}; to join, on any machine:")
         self._say(f"  zenvoy join --run {endpoints.run} {connect}{certs} --vehicles N-M")

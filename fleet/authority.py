@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from zenvoy.bus.access import SERVERS, Member, member_of
+from zenvoy.bus.access import ROUTER, SERVERS, Member, member_of
 from zenvoy.fleet.certificates import AUTHORITY, MEMBERS, CertificatesError, members_in
 
 AUTHORITY_KEY: Final = "authority.key"
@@ -73,14 +73,14 @@ class Authority:
         return cls(certificate=certificate, key=key)
 
     def issue(self, member: Member, folder: Path, hosts: Sequence[str], validity: Validity) -> None:
-        """Write the certificate and the key of a member; only world and channel have hosts.
+        """Write the certificate and the key of a member; only world, channel and router have hosts.
 
         A certificate of a vehicle cannot serve as that of a world, since it has no such use.
         """
         key = ec.generate_private_key(ec.SECP256R1())
         uses = [ExtendedKeyUsageOID.CLIENT_AUTH]
         builder = _begun(_name(member.common_name), self.certificate.subject, key, validity)
-        if member.role in SERVERS:
+        if member.role in (*SERVERS, ROUTER):
             uses.append(ExtendedKeyUsageOID.SERVER_AUTH)
             names = x509.SubjectAlternativeName([_general_name(host) for host in hosts])
             builder = builder.add_extension(names, critical=False)

@@ -7,6 +7,7 @@ from typing import Final
 
 from zenvoy.bus.access import Member, member_of
 from zenvoy.bus.doors import Doors, Identity
+from zenvoy.bus.vehicle_processes import VehicleProcess
 
 AUTHORITY: Final = "authority.pem"
 MEMBERS: Final = "members.txt"
@@ -40,6 +41,12 @@ def members_in(folder: Path) -> tuple[Member, ...]:
             raise CertificatesError(f"{path}, line {number}: {name} is listed twice")
         found[name] = member
     return tuple(found.values())
+
+
+def certificate_of(process: VehicleProcess) -> str:
+    """Return the name of the certificate that the process of vehicles needs."""
+    first, last = process.vehicles[0], process.vehicles[-1]
+    return f"vehicles-{first}-{last}" if process.is_shared else f"vehicle-{first}"
 
 
 def doors_of(folder: Path, name: str) -> Doors:

@@ -43,12 +43,14 @@ class Guests:
     """The vehicles that a run starts without, and endpoints besides the Unix sockets.
 
     The world listens at each `tls/<host>:<port>` or `tcp/<host>:<port>` of `listen`, the channel on
-    the next port. `certs` is the folder of the certificates for TLS.
+    the next port. `certs` is the folder of the certificates for TLS. With a `router`, nobody
+    listens: all processes connect to this endpoint of a Zenoh router.
     """
 
     without: frozenset[int] = frozenset()
     listen: tuple[str, ...] = ()
     certs: Path | None = None
+    router: str | None = None
     all_elsewhere: bool = False  # whether other machines run all vehicles, in their processes
 
 
@@ -59,12 +61,14 @@ NO_GUESTS: Final = Guests()
 class RunEndpoints:
     """The name of a run, and the endpoints of its world and of its channel.
 
-    `command` is the process of `zenvoy run`, where it is known.
+    Both may be those of a Zenoh router. `command` is the process of `zenvoy run`, where it is
+    known.
     """
 
     run: Annotated[str, AfterValidator(plain_name)]
     world: Annotated[tuple[Endpoint, ...], Field(min_length=1)]
     channel: Annotated[tuple[Endpoint, ...], Field(min_length=1)]
+    router: bool = False
     command: ProcessId | None = None
 
     def write(self, folder: Path) -> None:
@@ -76,7 +80,7 @@ class RunEndpoints:
     @property
     def connect(self) -> tuple[str, ...]:
         """The endpoint of the world and that of the channel to connect to on this machine."""
-        return self.world[0], self.channel[0]
+        return tuple(dict.fromkeys((self.world[0], self.channel[0])))
 
 
 def require_no_faults(without: Iterable[int], scenario: Scenario) -> None:
@@ -100,40 +104,57 @@ def guests(
     certs: Path | None = None,
     *,
     insecure: bool = False,
+    router: str | None = None,
 ) -> Guests:
     """Return the guests of a fleet of `size`; raises GuestsError for a bad vehicle or endpoint.
 
     An endpoint beyond this machine needs TLS, whose certificates are in `certs`, or `insecure`.
+    With a router, nobody may listen.
     """
+    if router is not None and listen:
+        raise GuestsError(
+            f"--listen {listen[0]}: with --router nobody listens; allowed: one of them"
+        )
     for vehicle in without:
         if not 1 <= vehicle <= size:
             raise GuestsError(
                 f"--without {vehicle}: is not in [1, {size}], the vehicles of fleet.size ({size})"
             )
     for endpoint in listen:
-        _require_lock(endpoint, certs, insecure)
-    if certs is not None and not any(endpoint.startswith(_TLS) for endpoint in listen):
+        _require_lock("--listen", endpoint, certs, insecure)
+    if router is not None:
+        _require_lock("--router", router, certs, insecure)
+    opened = [*listen, *([] if router is None else [router])]
+    if certs is not None and not any(endpoint.startswith(_TLS) for endpoint in opened):
         raise GuestsError(f"--certs {certs}: needs an endpoint with TLS, as --listen tls/HOST:PORT")
     with ExitStack() as held:  # hold all ports at once, so that none is taken twice
         for endpoint in listen:
-            _, host, port = _address(endpoint)
+            _, host, port = address_of(endpoint)
             for number in (port, port + 1):
                 try:
                     held.enter_context(socket.create_server((host, number), family=_family(host)))
                 except OSError as error:
                     why = error.strerror or str(error)
                     raise GuestsError(f"--listen {endpoint}: port {number}: {why}") from error
-    return Guests(without=frozenset(without), listen=tuple(listen), certs=certs)
+    return Guests(without=frozenset(without), listen=tuple(listen), certs=certs, router=router)
 
 
 def open_to_all(listen: Sequence[str]) -> list[str]:
     """Return the endpoints beyond this machine to which any program can connect."""
-    return [one for one in listen if not one.startswith(_TLS) and not _is_here(_address(one)[1])]
+    return [one for one in listen if not one.startswith(_TLS) and not _is_here(address_of(one)[1])]
 
 
-def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints:
-    """Return the endpoints of a run of this process: Unix sockets in a folder, and `listen`."""
-    addresses = [_address(endpoint) for endpoint in listen]
+def endpoints_of(
+    run: str, sockets: Path, listen: Sequence[str], router: str | None = None
+) -> RunEndpoints:
+    """Return the endpoints of a run of this process.
+
+    These are Unix sockets in a folder, and `listen`; or that of a router alone.
+    """
+    if router is not None:
+        own = ProcessId.own()
+        return RunEndpoints(run=run, command=own, world=(router,), channel=(router,), router=True)
+    addresses = [address_of(endpoint) for endpoint in listen]
     return RunEndpoints(
         run=run,
         command=ProcessId.own(),
@@ -147,9 +168,11 @@ def endpoints_of(run: str, sockets: Path, listen: Sequence[str]) -> RunEndpoints
 
 def from_elsewhere(endpoints: RunEndpoints) -> tuple[str, ...]:
     """Return an endpoint of the world and one of the channel by which other machines connect."""
+    if endpoints.router:
+        return endpoints.connect
     found = []
     for several in (endpoints.world, endpoints.channel):
-        protocol, host, port = _address(several[-1])
+        protocol, host, port = address_of(several[-1])
         if host in _EVERYWHERE:
             host = hosts_here()[-1]
         found.append(f"{protocol}/{_bracketed(host)}:{port}")
@@ -177,16 +200,16 @@ def read_endpoints(folder: Path) -> RunEndpoints:
     return endpoints
 
 
-def _require_lock(endpoint: str, certs: Path | None, insecure: bool) -> None:
+def _require_lock(option: str, endpoint: str, certs: Path | None, insecure: bool) -> None:
     """Raise GuestsError for an endpoint that anybody on the network could use unasked."""
-    protocol, host, _ = _address(endpoint)
+    protocol, host, _ = address_of(endpoint, option)
     if protocol == "tls" and certs is None:
         raise GuestsError(
-            f"--listen {endpoint}: needs --certs DIR, a folder that zenvoy certs makes"
+            f"{option} {endpoint}: needs --certs DIR, a folder that zenvoy certs makes"
         )
     if protocol == "tcp" and not insecure and not _is_here(host):
         raise GuestsError(
-            f"--listen {endpoint}: lets anybody on the network in; allowed: tls/{_bracketed(host)} "
+            f"{option} {endpoint}: lets anybody on the network in; allowed: tls/{_bracketed(host)} "
             "with --certs DIR, tcp/127.0.0.1, or --insecure"
         )
 
@@ -199,12 +222,12 @@ def _is_here(host: str) -> bool:
         return host == "localhost"
 
 
-def _address(endpoint: str) -> tuple[str, str, int]:
+def address_of(endpoint: str, option: str = "--listen") -> tuple[str, str, int]:
     """Return the protocol, host and port of a TCP or TLS endpoint; raises GuestsError."""
     found = _ENDPOINT.fullmatch(endpoint)
     if found is None or not 1 <= int(found["port"]) < 65_535:
         raise GuestsError(
-            f"--listen {endpoint}: is not tls/<host>:<port> or tcp/<host>:<port> with a port in "
+            f"{option} {endpoint}: is not tls/<host>:<port> or tcp/<host>:<port> with a port in "
             "[1, 65534]; an IPv6 address stands in brackets"
         )
     return found["protocol"], found["six"] or found["host"], int(found["port"])

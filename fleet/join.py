@@ -15,7 +15,7 @@ from setproctitle import setproctitle
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, StoppedError
-from zenvoy.bus.joining import ask, at_end
+from zenvoy.bus.joining import RunState, ask, at_end
 from zenvoy.bus.topics import plain_name, vehicle_name
 from zenvoy.fleet.certificates import doors_of
 from zenvoy.fleet.guests import read_endpoints
@@ -41,6 +41,7 @@ class Vacancy:
     connect: tuple[str, ...]
     scenario: Scenario
     doors: Doors | None = None
+    router: bool = False  # whether `connect` is a Zenoh router
 
     @property
     def name(self) -> str:
@@ -55,39 +56,47 @@ def find(
     limit_s: float,
     certs: Path | None = None,
     *,
+    router: bool = False,
     allow_code: bool = False,
 ) -> Vacancy:
     """Ask a run for its scenario, and check that a vehicle is missing in it.
 
-    `run` is the folder of the run, or its name if `connect` gives its endpoints. `certs` is a
-    folder with the certificate of the vehicle. Raises JoinError, GuestsError, CertificatesError, or
-    NoAnswerError if nobody answers within `limit_s`.
+    `run` is the folder of the run, or its name if `connect` gives its endpoints, or the endpoint of
+    its router. `certs` is a folder with the certificate of the vehicle. Raises JoinError,
+    GuestsError, CertificatesError, or NoAnswerError if nobody answers within `limit_s`.
     """
-    run, endpoints = _name_and_endpoints(run, connect)
+    run, endpoints, router = _name_and_endpoints(run, connect, router)
     doors = None if certs is None else doors_of(certs, f"vehicle-{vehicle}")
-    scenario = _scenario(vehicle, run, endpoints, limit_s, doors)
+    try:
+        state = ask(run, endpoints, limit_s, doors, router=router)
+    except NoAnswerError as error:
+        raise JoinError(f"--run {run}: {error}") from error
+    scenario = _scenario(vehicle, run, state)
     load_code(scenario, allow_code)
-    return Vacancy(vehicle=vehicle, run=run, connect=endpoints, scenario=scenario, doors=doors)
+    return Vacancy(
+        vehicle=vehicle,
+        run=run,
+        connect=endpoints,
+        scenario=scenario,
+        doors=doors,
+        router=router,
+    )
 
 
-def _name_and_endpoints(run: str, connect: Sequence[str]) -> tuple[str, tuple[str, ...]]:
+def _name_and_endpoints(
+    run: str, connect: Sequence[str], router: bool
+) -> tuple[str, tuple[str, ...], bool]:
     if connect:
         try:
-            return plain_name(run), tuple(connect)
+            return plain_name(run), tuple(connect), router
         except ValueError as error:
             raise JoinError(f"--run: {error}") from error
     endpoints = read_endpoints(Path(run))
-    return endpoints.run, endpoints.connect
+    return endpoints.run, endpoints.connect, endpoints.router
 
 
-def _scenario(
-    vehicle: int, run: str, connect: Sequence[str], limit_s: float, doors: Doors | None
-) -> Scenario:
+def _scenario(vehicle: int, run: str, state: RunState) -> Scenario:
     """Return the scenario of the run; raises JoinError if the vehicle cannot join it."""
-    try:
-        state = ask(run, connect, limit_s, doors)
-    except NoAnswerError as error:
-        raise JoinError(f"--run {run}: {error}") from error
     try:
         scenario = Scenario.model_validate_json(state.scenario)
     except ValidationError as error:
@@ -143,6 +152,7 @@ class Guest:
             connect=vacancy.connect,
             stall_limit_s=scenario.stall_limit_s,
             doors=vacancy.doors,
+            router=vacancy.router,
         )
 
         def begin(session: zenoh.Session) -> None:

@@ -108,7 +108,7 @@ def _run_on_processes(
     require_room_for(len(vehicle_processes(scenario.fleet.size, per_process, guests.without)) + 2)
     sockets = socket_folder()  # the folder of the run may be too long for a socket's path
     labels = labels_of(loaded, "zenoh", per_process)
-    endpoints = endpoints_of(labels.run, sockets, guests.listen)
+    endpoints = endpoints_of(labels.run, sockets, guests.listen, guests.router)
     rehearse(scenario)
     reader = ReportReader()
 

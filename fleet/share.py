@@ -46,6 +46,7 @@ class Share:
     shared: tuple[VehicleProcess, ...]  # of the whole run
     doors: Mapping[str, Doors]  # by process
     host: str
+    router: bool = False  # whether `connect` is a Zenoh router
 
 
 def find_share(
@@ -57,6 +58,7 @@ def find_share(
     *,
     per_process: int | None = None,
     host: str | None = None,
+    router: bool = False,
     allow_code: bool = False,
 ) -> Share:
     """Ask a run (None: the only one) for its scenario, and return the share with these vehicles.
@@ -72,7 +74,7 @@ def find_share(
         group = f"vehicle-{vehicles[0]}"
     first = None if certs is None else doors_of(certs, group)
     try:
-        state = ask_in_child(run, connect, limit_s, first)
+        state = ask_in_child(run, connect, limit_s, first, router=router)
         run = state.run
         scenario = Scenario.model_validate_json(state.scenario)
     except SeveralRunsError as error:
@@ -107,6 +109,7 @@ def find_share(
         processes=processes,
         shared=shared,
         doors=doors,
+        router=router,
         host=_NOT_PLAIN.sub("-", host or socket.gethostname())[:100] or "unnamed",
     )
 
@@ -191,6 +194,7 @@ def _drive(share: Share, process: VehicleProcess) -> None:
         vehicles=range(1, share.scenario.fleet.size + 1),
         connect=share.connect,
         shared_processes=share.shared,
+        router=share.router,
         doors=share.doors.get(process.name),
     )
     try:

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -17,7 +18,7 @@ from zenvoy.bus.joining import OnArrival
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
-from zenvoy.fleet.certificates import doors_of, members_in
+from zenvoy.fleet.certificates import certificate_of, doors_of, members_in
 from zenvoy.fleet.guests import RunEndpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.sockets import make_private
@@ -55,7 +56,8 @@ def process_table(
 
     In lock-step the run waits for those vehicles; in real time they may join at any time. `certs`
     is the folder of the certificates, if there is an endpoint with TLS. If all vehicles run
-    elsewhere, world and channel wait for them without a limit.
+    elsewhere, world and channel wait for them without a limit. A router has the rules of access
+    itself, and checks the certificates of all processes.
     """
     size = scenario.fleet.size
     vehicles = range(1, size + 1)
@@ -74,7 +76,7 @@ def process_table(
     )
     patience = _CODE_PATIENCE if has_own_code else 1.0
     access: dict[str, object] = {}
-    if certs is not None:
+    if certs is not None and not endpoints.router:
         protocols = dict.fromkeys(one.partition("/")[0] for one in endpoints.world)
         trusted = [one for one in protocols if one != "tls"]
         access = access_control(labels.run, size, shared, members_in(certs), trusted)
@@ -82,7 +84,9 @@ def process_table(
     world_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=endpoints.world,
+        listen=() if endpoints.router else endpoints.world,
+        connect=endpoints.connect if endpoints.router else (),
+        router=endpoints.router,
         waits_for=("channel", *awaited),
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
@@ -93,7 +97,8 @@ def process_table(
     channel_wiring = Wiring(
         run=labels.run,
         vehicles=vehicles,
-        listen=endpoints.channel,
+        listen=() if endpoints.router else endpoints.channel,
+        router=endpoints.router,
         connect=endpoints.connect[:1],
         waits_for=awaited,
         stall_limit_s=scenario.stall_limit_s * patience,
@@ -103,8 +108,18 @@ def process_table(
         patient=all_elsewhere,
     )
     wiring = Wiring(
-        run=labels.run, vehicles=vehicles, connect=endpoints.connect, shared_processes=shared
+        run=labels.run,
+        vehicles=vehicles,
+        connect=endpoints.connect,
+        shared_processes=shared,
+        router=endpoints.router,
     )
+
+    def wiring_of(process: VehicleProcess) -> Wiring:
+        if certs is None or not endpoints.router:
+            return wiring
+        return replace(wiring, doors=doors_of(certs, certificate_of(process)))
+
     row = partial(Program, run=labels.run, prefer=prefer_latency if realtime else prefer_throughput)
     return [
         row(
@@ -126,7 +141,9 @@ def process_table(
         ),
         row(name="channel", main=partial(_in_private, sockets, scenario, channel_wiring)),
         *(
-            _of_vehicles(process, scenario, wiring, partial(row, essential=not realtime))
+            _of_vehicles(
+                process, scenario, wiring_of(process), partial(row, essential=not realtime)
+            )
             for process in placed
         ),
     ]

@@ -1,7 +1,8 @@
 """Attempts to get into a run, or to do there what a certificate does not allow.
 
-`python -m tests.intrusions FOLDER RUN WORLD CHANNEL` makes all attempts, prints what came of them
-as a line of JSON, and stays until its input ends. Then it prints what it has heard.
+`python -m tests.intrusions FOLDER RUN WORLD CHANNEL` makes all attempts, or those that concern a
+router if it is both doors. It prints what came of them as a line of JSON, and stays until its input
+ends. Then it prints what it has heard.
 """
 
 from __future__ import annotations
@@ -145,6 +146,25 @@ class Attempts:
         self._put(world, BEACON.key(self._run, 1), _beacon(1))
         self._kept += [channel, world]
 
+    def at_router(self) -> None:
+        """Make the attempts that concern a router, which is both doors of the run."""
+        keys = self._folder / "keys"
+        self._strangers()
+        self._nobodies()
+        three = member(self._world, keys, "vehicle-3")
+        observer = member(self._world, keys, "observer")
+        self._kept += [three, observer]
+        self._as_vehicle("router", three)
+        self._as_observer(observer)
+        self._as_servers(keys)
+        for mode in ("peer", "router"):  # a router tells others of its kind what it routes
+            session = member(self._world, keys, "vehicle-3", mode=mode)
+            self._kept.append(session)
+            self._put(session, COMMAND.key(self._run, 4), _command(4))
+            self._listen(f"as a {mode}: reads everything", session, f"zenvoy/{self._run}/**")
+            asked = answers(session, "zenvoy/*/scenario")
+            self.failed[f"as a {mode}: asks for any scenario"] = not asked
+
     def _put(self, session: zenoh.Session, key: str, payload: bytes) -> None:
         """Put a message, and so again with a publisher, to whose key Zenoh gives a number."""
         session.put(key, payload)
@@ -196,7 +216,10 @@ def _beacon(vehicle: int) -> bytes:
 def main(folder: str, run: str, world: str, channel: str) -> None:
     """Make the attempts, and tell what came of them."""
     attempts = Attempts(Path(folder), run, world, channel)
-    attempts.make()
+    if world == channel:
+        attempts.at_router()
+    else:
+        attempts.make()
     crowd = attempts.crowd()
     crowd.come()
     print(json.dumps(attempts.failed), flush=True)

@@ -12,7 +12,14 @@ _PATIENCE_S: Final = 3.0
 _LEGITIMATE_S: Final = 60.0
 
 
-def enter(endpoint: str, keys: Path | None, name: str = "", limit_s: float = _PATIENCE_S) -> object:
+def enter(
+    endpoint: str,
+    keys: Path | None,
+    name: str = "",
+    limit_s: float = _PATIENCE_S,
+    *,
+    mode: str = "client",
+) -> object:
     """Return an open session as a client of an endpoint, or None if it is not let in.
 
     `keys` and `name` choose the certificate; without a name the client has none. It trusts the
@@ -28,7 +35,8 @@ def enter(endpoint: str, keys: Path | None, name: str = "", limit_s: float = _PA
             "connect_private_key": str(keys / f"{name}.key"),
         }
     settings: dict[str, object] = {
-        "mode": "client",
+        "mode": mode,
+        "listen/endpoints": [],
         "connect/endpoints": [endpoint],
         "connect/timeout_ms": round(limit_s * 1_000),
         "scouting/multicast/enabled": False,
@@ -45,9 +53,9 @@ def enter(endpoint: str, keys: Path | None, name: str = "", limit_s: float = _PA
         return None
 
 
-def member(endpoint: str, keys: Path, name: str) -> zenoh.Session:
+def member(endpoint: str, keys: Path, name: str, *, mode: str = "client") -> zenoh.Session:
     """Return the session of one whose certificate is in order; an error says that it is not."""
-    session = enter(endpoint, keys, name, _LEGITIMATE_S)
+    session = enter(endpoint, keys, name, _LEGITIMATE_S, mode=mode)
     assert isinstance(session, zenoh.Session), f"{name} is not let in at {endpoint}"
     return session
 

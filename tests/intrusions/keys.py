@@ -13,7 +13,13 @@ from zenvoy.fleet.certificates import MEMBERS
 SIZE: Final = 4
 HOSTS: Final = ("localhost", "127.0.0.1")
 REVOKED: Final = "vehicle-1"
-_NAMES: Final = ("world", "channel", "observer", *(f"vehicle-{i}" for i in range(1, SIZE + 1)))
+_NAMES: Final = (
+    "world",
+    "channel",
+    "router",
+    "observer",
+    *(f"vehicle-{i}" for i in range(1, SIZE + 1)),
+)
 
 
 def make_keys(folder: Path) -> None:
