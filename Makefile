@@ -33,9 +33,11 @@ check: setup
 	$(BIN)/mypy -p zenvoy
 	$(BIN)/mypy tests benchmarks examples/neighbourhood
 
-# Makes docs/api.md from the docstrings of `import zenvoy`; a test fails when it is stale.
+# Makes docs/api.md from the docstrings of `import zenvoy`, and the tables of keys in docs/scenarios.md with
+# their JSON Schema. Tests fail when they are stale.
 docs: setup
 	$(BIN)/python -m tests.api_page
+	$(BIN)/python -m tests.scenario_reference
 
 # Hits the processes of 500 runs with signals at random moments, and compares their ends with
 # docs/ends.md. Run it on an idle machine, because it also judges how long an end takes.

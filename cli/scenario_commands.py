@@ -1,4 +1,4 @@
-"""The commands that list, show and check scenarios.
+"""The commands that list, show, check and describe scenarios.
 
 Each command imports its own dependencies; app.py says why.
 """
@@ -70,4 +70,16 @@ def check(
         say(line)
 
 
-SCENARIO_COMMANDS = (scenarios, show, check)
+def schema() -> None:
+    """Print the JSON Schema of scenario files, for editors.
+
+    With it an editor completes keys, explains them and marks errors while you write.
+    """
+    import json
+
+    from zenvoy.scenarios.reading.editor_schema import editor_schema
+
+    sys.stdout.write(json.dumps(editor_schema(), indent=1) + "\n")
+
+
+SCENARIO_COMMANDS = (scenarios, show, check, schema)

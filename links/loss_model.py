@@ -58,10 +58,10 @@ class LossModel:
 
     value: the type of the value in a scenario, as pydantic reads it; a model with several
     parameters has a Section. default: the value that turns the model off. meaning: a sentence on
-    the value, for the schema. start: returns a Judge from a value, keyed draws and the number of
-    vehicles. disagreements: yields the contradictions in a value, given its dotted key. place: its
-    place in the list of keys; records without one come last, by name. purpose: the number that keys
-    its draws; None: a number derived from the key.
+    the value, for the reference of keys. start: returns a Judge from a value, keyed draws and the
+    number of vehicles. disagreements: yields the contradictions in a value, given its dotted key.
+    place: its place in the list of keys; records without one come last, by name. purpose: the
+    number that keys its draws; None: a number derived from the key.
     """
 
     key: str

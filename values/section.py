@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+)
+from pydantic_core.core_schema import CoreSchema, no_info_before_validator_function
 
 # Keeps every sum and product of settings finite, and every time in ns within an int64.
 LARGEST = 1e9
@@ -20,7 +27,21 @@ def _fraction(value: object) -> object:
     return value if percent is None else float(Decimal(percent[1]) / 100)
 
 
-Percent = BeforeValidator(_fraction)
+class _Percent:
+    """Lets a fraction be written in percent, and marks it so in the JSON schema."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return no_info_before_validator_function(_fraction, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), "percent": True}
+
+
+Percent: Final = _Percent()
 """Lets a fraction be written in percent."""
 Fraction = Annotated[float, Field(ge=0, le=1), Percent]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]

@@ -18,5 +18,6 @@ LOSS = LossModel(
     default=0.0,
     effect=Effect.LOSS_CHANCE,
     start=start,
+    meaning="Probability with which a receiver misses a frame.",
     place=1,
 )

@@ -40,8 +40,8 @@ LOSS = LossModel(
     default=(),
     effect=Effect.LOSS_CHANCE,
     start=start,
-    meaning="by_distance: (distance_m, probability) in order of distance, straight lines between "
-    "them, and as at the nearest of them beyond.",
+    meaning="(m, probability) in order of distance: the loss between sender and receiver, on top. "
+    "Straight lines lie between them; beyond, the nearest one counts.",
     disagreements=disagreements,
     place=3,
 )

@@ -18,6 +18,6 @@ LOSS = LossModel(
     default=0.0,
     effect=Effect.DAMAGE_CHANCE,
     start=start,
-    meaning="corrupt: the probability that a frame arrives damaged; the receiver drops it.",
+    meaning="Probability that a frame arrives damaged; the receiver drops it.",
     place=4,
 )

@@ -35,10 +35,15 @@ class FourState(Section):
     """
 
     p13: Fraction = 0.0
+    """A burst begins, with a loss."""
     p31: Fraction | None = None
+    """A burst ends; null: 1 − p13."""
     p32: Fraction = 0.0
+    """A frame gets through within a burst."""
     p23: Fraction = 1.0
+    """The burst goes on after that."""
     p14: Fraction = 0.0
+    """A single loss outside of bursts."""
 
 
 def disagreements(model: FourState, key: str) -> Iterator[Disagreement]:
@@ -92,6 +97,7 @@ LOSS = LossModel(
     default=FourState(),
     effect=Effect.LOSS,
     start=start,
+    meaning="Loss in bursts and gaps, with four states.",
     disagreements=disagreements,
     place=6,
     purpose=21,

@@ -31,9 +31,13 @@ class GilbertElliott(Section):
     """
 
     p: Fraction = 0.0
+    """From the good state to the bad one, per frame."""
     r: Fraction | None = None
+    """From the bad state to the good one; null: 1 − p."""
     one_minus_h: Fraction = 1.0
+    """Loss in the bad state."""
     one_minus_k: Fraction = 0.0
+    """Loss in the good state."""
 
 
 def step_of(model: GilbertElliott, draws: Draws) -> Step:
@@ -61,6 +65,7 @@ LOSS = LossModel(
     default=GilbertElliott(),
     effect=Effect.LOSS,
     start=start,
+    meaning="Loss in bursts, with a good and a bad state.",
     place=5,
     purpose=20,
 )

@@ -41,15 +41,25 @@ class PathLoss(Section):
     """
 
     transmit_dbm: Decibels = 23.0
+    """Power of the transmitter, with its antenna."""
     sensitivity_dbm: Decibels = -88.0
+    """Power below which a frame is lost."""
     reference_loss_db: Decibels = 66.1
+    """Path loss at 10 m."""
     exponent: Exponent = 1.66
+    """Exponent of the path loss from 10 m to break_m."""
     break_m: Annotated[float, Field(ge=10, le=LARGEST)] = 104.0
+    """Distance at which the second slope begins."""
     exponent_beyond: Exponent = 2.88
+    """Exponent of the path loss beyond break_m."""
     shadowing_db: Annotated[float, Field(ge=0, le=100)] = 3.95
+    """Standard deviation of shadowing."""
     decorrelation_m: Positive = 25.0
+    """Distance after which the correlation of shadowing has fallen to 1/e."""
     blockage_db: Annotated[float, Field(ge=0, le=1000)] = 9.0
+    """Loss for each vehicle in between."""
     fading_m: Annotated[float, Field(ge=0.5, le=1000)] | None = None
+    """Shape of Nakagami fading, drawn for each frame (1: Rayleigh); null: no fading."""
 
 
 def start(model: PathLoss, draws: Draws, size: int) -> Judge:
@@ -113,7 +123,7 @@ LOSS = LossModel(
     default=None,
     effect=Effect.LOSS_CHANCE,
     start=start,
-    meaning="path_loss null: the received power does not matter.",
+    meaning="Loss from received power; `{}`: with the defaults of [channel.md](channel.md).",
     place=2,
     purpose=26,
 )

@@ -71,15 +71,19 @@ def _walk(loc: Path) -> tuple[JsonSchema, tuple[bool, ...]]:
     return schema, tuple(named)
 
 
-def resolved(schema: JsonSchema) -> JsonSchema:
-    """Return the schema with references and "or null" replaced by the schema they stand for."""
+def resolved(schema: JsonSchema, sections: JsonSchema | None = None) -> JsonSchema:
+    """Return the schema with references and "or null" replaced by the schema they stand for.
+
+    sections: the schema of each section by name; None: those of a scenario.
+    """
+    sections = _root_schema()["$defs"] if sections is None else sections
     while not _TO_RESOLVE.isdisjoint(schema):
         if "$ref" in schema:
             beside = {key: value for key, value in schema.items() if key != "$ref"}
-            schema = {**_root_schema()["$defs"][schema["$ref"].rpartition("/")[2]], **beside}
+            schema = {**sections[schema["$ref"].rpartition("/")[2]], **beside}
             continue
         first = next(branch for branch in schema["anyOf"] if branch != _NULL)
-        schema = {"default": None, **schema, **resolved(first), "nullable": True}
+        schema = {"default": None, **schema, **resolved(first, sections), "nullable": True}
         del schema["anyOf"]
     return schema
 

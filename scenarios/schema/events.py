@@ -23,8 +23,11 @@ class Lasting(Section):
 
     type: str
     vehicle: Vehicle
+    """Its vehicle, up to fleet.size."""
     at_s: NonNegative
+    """When it begins."""
     duration_s: Positive
+    """How long it lasts."""
 
     @property
     def start_ns(self) -> int:
@@ -45,7 +48,9 @@ class Brake(Lasting):
 
     type: Literal["brake"] = "brake"
     deceleration_mps2: Positive
+    """Deceleration; of two simultaneous brakes, the harder one counts."""
     return_s: Positive | None = None
+    """Time in which the vehicle returns linearly to its earlier speed; null: it does not return."""
 
     @property
     def returned_ns(self) -> int:
@@ -61,9 +66,13 @@ class Sine(Lasting):
 
     type: Literal["sine"] = "sine"
     mean_mps: NonNegative = 30.0
+    """Mean speed."""
     amplitude_mps: NonNegative
+    """Amplitude, not above the mean."""
     frequency_hz: Positive
+    """Frequency, less than half the rate of the cycles (period_ms)."""
     to_frequency_hz: Positive | None = None
+    """Frequency at the end, reached linearly: a linear chirp."""
 
     @property
     def highest_mps(self) -> float:
@@ -88,8 +97,11 @@ class Trace(Section):
 
     type: Literal["trace"] = "trace"
     vehicle: Vehicle
+    """Its vehicle, up to fleet.size."""
     at_s: NonNegative
+    """Time 0 of the points."""
     points: Annotated[tuple[Point, ...], Field(strict=False)]  # a list is allowed, too
+    """2 to 60000 of [time_s, speed_mps], times rising, both in [0, 1e9]."""
 
     @property
     def times_ns(self) -> tuple[int, ...]:

@@ -21,8 +21,11 @@ class Fault(Section):
 
     type: str
     vehicles: VehicleSet
+    """Its vehicles."""
     at_s: NonNegative
+    """When it begins."""
     duration_s: Positive | None = None
+    """How long it lasts; null: to the end of the run."""
 
     @property
     def start_ns(self) -> int:

@@ -28,6 +28,7 @@ class ActuatorStuck(Fault):
 
     type: Literal["actuator-stuck"]
     acceleration_mps2: Amount | None = None
+    """The acceleration at which it is stuck; null: that at the begin."""
 
     @property
     def words(self) -> str:

@@ -19,6 +19,7 @@ class ProcessKilled(Fault):
 
     type: Literal["process-killed"]
     deceleration_mps2: Positive = 3.0
+    """With on_vehicle_loss brake: how hard the vehicle brakes."""
 
     @property
     def words(self) -> str:
@@ -42,6 +43,7 @@ class ProcessSlowed(Fault):
 
     type: Literal["process-slowed"]
     delay_ms: Annotated[float, Field(gt=0, le=LARGEST)]
+    """By how much."""
 
     @property
     def delay_ns(self) -> int:

@@ -28,6 +28,7 @@ class SensorBlind(Fault):
 
     type: Literal["sensor-blind"]
     sensor: Literal["radar"] = "radar"
+    """The only sensor whose reading may be missing."""
 
     @property
     def words(self) -> str:
@@ -40,6 +41,7 @@ class SensorFrozen(Fault):
 
     type: Literal["sensor-frozen"]
     sensor: Literal["radar", "position", "speed", "acceleration", "all"]
+    """Radar: gap and relative speed."""
 
     @property
     def words(self) -> str:
@@ -52,10 +54,15 @@ class _Off(Amounts):
     """Readings are off by amounts in their own units."""
 
     gap_m: Amount = 0.0
+    """Error of the radar's gap."""
     relative_speed_mps: Amount = 0.0
+    """Error of the radar's relative speed."""
     position_m: Amount = 0.0
+    """Error of the position."""
     speed_mps: Amount = 0.0
+    """Error of the speed."""
     acceleration_mps2: Amount = 0.0
+    """Error of the acceleration."""
 
 
 class SensorBiased(_Off):
@@ -74,10 +81,15 @@ class SensorDrifting(Amounts):
 
     type: Literal["sensor-drifting"]
     gap_mps: Amount = 0.0
+    """Growth of the error of the radar's gap."""
     relative_speed_mps2: Amount = 0.0
+    """Growth of the error of the radar's relative speed."""
     position_mps: Amount = 0.0
+    """Growth of the error of the position."""
     speed_mps2: Amount = 0.0
+    """Growth of the error of the speed."""
     acceleration_mps3: Amount = 0.0
+    """Growth of the error of the acceleration."""
 
     @property
     def words(self) -> str:
@@ -90,6 +102,7 @@ class SensorJumping(_Off):
 
     type: Literal["sensor-jumping"]
     share: Annotated[float, Field(gt=0, le=1), Percent] = 0.1
+    """Probability of a jump in a cycle."""
 
     @property
     def words(self) -> str:

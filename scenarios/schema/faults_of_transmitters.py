@@ -29,6 +29,7 @@ class TransmitterBabbling(Fault):
 
     type: Literal["transmitter-babbling"]
     frames_per_cycle: Annotated[int, Field(ge=1, le=10_000)]
+    """As many as a cycle has room for; the others are dropped."""
 
     @property
     def words(self) -> str:
@@ -44,6 +45,8 @@ class TransmitterRepeating(Fault):
 
     type: Literal["transmitter-repeating"]
     new_times: bool = False
+    """True: the contents say that they are of now; false: receivers see that they are old, and drop
+    them."""
 
     @property
     def words(self) -> str:
@@ -56,9 +59,13 @@ class TransmitterLying(Amounts):
 
     type: Literal["transmitter-lying"]
     position_m: Amount = 0.0
+    """Error of the position in a beacon."""
     speed_mps: Amount = 0.0
+    """Error of the speed in a beacon."""
     acceleration_mps2: Amount = 0.0
+    """Error of the acceleration in a beacon, and of its plan and its command."""
     gap_m: Amount = 0.0
+    """Error of the radar's gap in a beacon."""
 
     @property
     def words(self) -> str:

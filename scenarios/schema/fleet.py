@@ -20,8 +20,11 @@ class Gains(Section):
     """
 
     k_d: NonNegative = 0.1
+    """Gain of the gap."""
     k_v: NonNegative = 0.5
+    """Gain of the relative speed."""
     k_c: Annotated[float, Field(ge=-LARGEST, le=LARGEST)] = 0.05
+    """Gain of the error of the own speed; below 0 it drives the speed away from the desired one."""
 
 
 class Vehicle(Section):
@@ -33,8 +36,12 @@ class Vehicle(Section):
     """
 
     actuator_lag_s: Annotated[float, Field(ge=0.001, le=100)] | None = None
+    """Time constant with which the acceleration follows the command, a first-order lag; null: at
+    once."""
     max_acceleration_mps2: Positive | None = None
+    """Limit of accelerations that are commanded; null: control.acceleration_limit_mps2."""
     max_deceleration_mps2: Positive | None = None
+    """The same for braking."""
 
 
 class Group(Section):
@@ -47,15 +54,25 @@ class Group(Section):
     model_config = DESIRED_BUMPER_GAP
 
     name: GroupName
+    """Name for the schedule and for later groups."""
     vehicles: VehicleSet | None = None
+    """Its vehicles; give this or `share`."""
     share: Fraction | None = None
+    """Fraction of the fleet, drawn by seed."""
     model: Model | None = None
+    """Control law; an entry of the schedule without vehicles does not change it."""
     parameters: Parameters = ()
+    """Parameters of the law: [laws.md](laws.md), or extending.md for a law of your own."""
     gains: Gains | None = None
+    """As control.gains."""
     desired_gap_m: Positive | None = None
+    """As control.desired_gap_m."""
     desired_speed_mps: NonNegative | None = None
+    """As control.desired_speed_mps."""
     vehicle: Vehicle | None = None
+    """As vehicle; a key that is null there keeps the value of the fleet."""
     beacons: bool = True
+    """Whether these vehicles send beacons."""
 
 
 class Fleet(Section):
@@ -68,13 +85,24 @@ class Fleet(Section):
     model_config = BUMPER_GAP
 
     size: Annotated[int, Field(ge=2, le=10_000)] = 40
+    """Number of vehicles; vehicle i follows i - 1. On the ring, a law that looks behind needs at
+    least 3."""
     length_m: Positive = 5.0
+    """Length of a vehicle; a smaller gap is a collision."""
     gap_m: Positive = 37.5
+    """Gap at the start, from front to front; greater than the length."""
     speed_mps: NonNegative = 30.0
+    """Speed at the start."""
     initial_gaps_m: Annotated[tuple[Positive, ...], Field(strict=False)] | None = None
+    """Instead of even spacing: the gaps of vehicles 2 to size at the start, from front to front,
+    each greater than the length; on a ring, the first vehicle has the rest."""
     initial_speeds_mps: Annotated[tuple[NonNegative, ...], Field(strict=False)] | None = None
+    """Instead of one speed: the speeds of vehicles 1 to size at the start."""
     reported_gaps: Literal["front-to-front", "bumper-to-bumper"] = "front-to-front"
+    """From where to where reports give gaps; bumper-to-bumper is the default of a scenario that
+    gives a gap so."""
     groups: Annotated[tuple[Group, ...], Field(strict=False)] = ()  # a list is allowed, too
+    """Sets of vehicles with settings of their own."""
 
     @property
     def gaps_at_start_m(self) -> tuple[float, ...]:

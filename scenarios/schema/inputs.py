@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Annotated, Any, Final
 
 from pydantic import (
@@ -73,31 +74,49 @@ def _plain(weights: str | tuple[float, ...]) -> str | list[float]:
     return weights if isinstance(weights, str) else list(weights)
 
 
-def _noun(words: str) -> WithJsonSchema:
-    """Add a description for messages, because the type alone does not say what is allowed."""
-    return WithJsonSchema({"type": "string", "noun": words})
+def written_as(words: str, *forms: dict[str, Any]) -> WithJsonSchema:
+    """Describe a value that has several forms: in words for messages, and in JSON schema each."""
+    return WithJsonSchema({"type": "string", "noun": words, "forms": list(forms)})
+
+
+_OWN: Final = {"type": "string", "pattern": "^[^:#]+:[A-Za-z0-9_.]+$"}
+_NUMBERS: Final = {"type": "array", "items": {"type": "number", "minimum": 0}, "minItems": 1}
+_SET: Final = {"type": ["string", "integer"]}
+
+
+def _named(names: Iterable[str]) -> dict[str, Any]:
+    """Return the JSON schema of a name out of a table, or of one's own code."""
+    choice = {"type": "string", "enum": list(names)}
+    return {**choice, "forms": [choice, _OWN]}
 
 
 GroupName = Annotated[
     str,
     Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$"),
-    _noun("a word of letters, digits and _ that begins with a letter"),
+    written_as(
+        "a word of letters, digits and _ that begins with a letter",
+        {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]*$"},
+    ),
 ]
 VehicleSet = Annotated[
     str,
     BeforeValidator(_set_text),
-    _noun('vehicles such as 5, 2-9, [1, 4-6], all, the name of a group, or "not" before these'),
+    written_as(
+        'vehicles such as 5, 2-9, [1, 4-6], all, the name of a group, or "not" before these',
+        _SET,
+        {"type": "array", "items": _SET, "minItems": 1},
+    ),
 ]
 Model = Annotated[
     str,
     AfterValidator(_model),
-    WithJsonSchema({"type": "string", "enum": list(builtin())}),
+    WithJsonSchema(_named(builtin())),
 ]
 """A law of the library by name, or one of the scenario's own: module:attribute#hash."""
 EstimatorKind = Annotated[
     str,
     AfterValidator(_estimator),
-    WithJsonSchema({"type": "string", "enum": list(ESTIMATORS.taken())}),
+    WithJsonSchema(_named(ESTIMATORS.taken())),
 ]
 """A built-in estimator by name, or one of the scenario's own: module:attribute#hash."""
 Parameters = Annotated[
@@ -111,5 +130,9 @@ Weights = Annotated[
     str | tuple[float, ...],
     PlainValidator(_weights),
     PlainSerializer(_plain),
-    _noun("least-squares, uniform, or a list of numbers that are at least 0 and not all 0"),
+    written_as(
+        "least-squares, uniform, or a list of numbers that are at least 0 and not all 0",
+        {"enum": ["least-squares", "uniform"]},
+        _NUMBERS,
+    ),
 ]

@@ -7,7 +7,7 @@ the paper does not give.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -26,14 +26,18 @@ class Road(Section):
     """The shape of the road. The length of a ring is fleet.size · fleet.gap_m."""
 
     type: Literal["ring", "open"] = "ring"
+    """A ring of fleet.size · fleet.gap_m, or a road with a first and a last vehicle."""
 
 
 class Sensors(Section):
     """Sensor errors: readings of gaps and absolute speeds are multiplied by 1 + e, |e| ≤ error."""
 
     error: Annotated[float, Field(ge=0, lt=1), Percent] = 0.1
+    """Largest relative error of readings of gaps and absolute speeds."""
     distribution: Literal["uniform", "gaussian"] = "uniform"
+    """Distribution of the error; both have the same variance."""
     position_std_m: NonNegative = 0.0
+    """Standard deviation of the own position."""
 
     @property
     def error_std(self) -> float:
@@ -48,8 +52,11 @@ class Estimator(Section):
     """
 
     kind: EstimatorKind = "kalman"
+    """The filter of PBCM; see estimators.md."""
     parameters: Parameters = ()
+    """Parameters of an estimator of your own; see extending.md."""
     acceleration_std_mps2: Positive = 0.5
+    """Process noise of the link filters."""
 
 
 class Beacons(Section):
@@ -61,14 +68,25 @@ class Beacons(Section):
     """
 
     rule: Literal["every-cycle", "every-nth", "etsi-cam"] = "every-cycle"
+    """`etsi-cam`: after 4 m or 0.5 m/s, 100 to 1000 ms apart."""
     every: Annotated[int, Field(ge=1, le=1000)] = 1
+    """For every-nth: n, in cycles; vehicles take turns."""
     period_ms: Annotated[float, Field(ge=1, le=1_000_000)] | None = None
+    """For every-cycle: time between two beacons of a vehicle, a multiple of `period_ms` of the
+    scenario; null: a cycle."""
     staggered: bool = False
+    """`period_ms`: vehicles take turns, a cycle apart; false: all send at the same time."""
+
+
+_EXTENDS: Final = {
+    "type": "string",
+    "description": "The scenario from which this one differs.",
+}
 
 
 def _extends_in_front(schema: dict[str, Any]) -> None:
     """Allow `extends`: `zenvoy.scenarios.reading.extends` merges in the file that it names."""
-    schema["properties"] = {"extends": {"type": "string"}, **schema["properties"]}
+    schema["properties"] = {"extends": _EXTENDS, **schema["properties"]}
 
 
 class Scenario(Section):
@@ -77,24 +95,43 @@ class Scenario(Section):
     model_config = ConfigDict(json_schema_extra=_extends_in_front)
 
     description: str = ""
+    """A line for `zenvoy scenarios`."""
     duration_s: Positive = 500.0
+    """Simulated time; at least one period."""
     period_ms: Annotated[float, Field(ge=1, le=10_000)] = 100.0
+    """The control cycle."""
     clock: Literal["lock-step", "realtime"] = "lock-step"
+    """As fast as possible, or in real time ([real-time.md](real-time.md))."""
     speed: Annotated[float, Field(ge=0.1, le=10)] = 1.0
+    """In real time: simulated time per wall time."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    """Seed of all random draws."""
     stall_limit_s: Positive = 10.0
+    """Wall time after which a stalled process is named and the run ends."""
     on_collision: Literal["continue", "stop"] = "continue"
+    """Whether the run goes on after a collision."""
     on_vehicle_loss: Literal["abort", "coast", "brake", "restart"] = "abort"
+    """What follows when a fault kills a vehicle's process, see `process-killed`."""
     road: Road = Road()
+    """The shape of the road."""
     fleet: Fleet = Fleet()
+    """The vehicles, and where they are at the start."""
     vehicle: Vehicle = Vehicle()
+    """The actuators of all vehicles."""
     control: Control = Control()
+    """The control law, its aims and its timing."""
     beacons: Beacons = Beacons()
+    """When vehicles send beacons."""
     sensors: Sensors = Sensors()
+    """Errors of the sensors."""
     estimator: Estimator = Estimator()
+    """The filter of the estimates."""
     channel: Channel = Channel()
+    """The radio channel."""
     events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is allowed, too
+    """Events of single vehicles, see below."""
     faults: Annotated[tuple[AnyFault, ...], Field(strict=False)] = ()  # a list is allowed, too
+    """Faults of sensors, transmitters, actuators and processes, see below."""
 
     @model_validator(mode="after")
     def _sections_agree(self) -> Scenario:

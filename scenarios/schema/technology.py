@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
-from pydantic import Field, PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic import Field, PlainSerializer, PlainValidator
 
+from zenvoy.scenarios.schema.inputs import written_as
 from zenvoy.values.section import LARGEST, Positive, Section
 
 
@@ -21,21 +22,24 @@ def _is_bound(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= LARGEST
 
 
+_BOUND: Final = {"type": "number", "minimum": 0, "maximum": LARGEST}
 Span = Annotated[
     tuple[float, float],
     PlainValidator(_span),
     PlainSerializer(list),
-    WithJsonSchema(
-        {
-            "type": "string",
-            "noun": "a number in [0, 1e9], or a list of two such numbers in ascending order",
-        }
+    written_as(
+        "a number in [0, 1e9], or a list of two such numbers in ascending order",
+        _BOUND,
+        {"type": "array", "items": _BOUND, "minItems": 2, "maxItems": 2},
     ),
 ]
 Label = Annotated[
     str,
     Field(pattern=r"^[^\x00-\x1f\x7f-\x9f]{1,100}$"),
-    WithJsonSchema({"type": "string", "noun": "text of 1 to 100 characters in one line"}),
+    written_as(
+        "text of 1 to 100 characters in one line",
+        {"type": "string", "minLength": 1, "maxLength": 100},
+    ),
 ]
 BitRate = Annotated[float, Field(ge=0.001, le=LARGEST)]
 
@@ -50,14 +54,26 @@ class Technology(Section):
     """
 
     name: Label
+    """Name in reports and messages."""
     title: Label | None = None
+    """Name in tables; null: `name`."""
     band_ghz: Span | None = None
+    """For tables."""
     bandwidth: Label | None = None
+    """For tables."""
     range_m: Positive
+    """Longest distance at which a frame is received."""
     bit_rate: Label | None = None
+    """For tables, such as "3 to 27 Mbit/s"."""
     bit_rate_mbps: BitRate
+    """Determines the time of a frame on the air."""
     delay_ms: Span
+    """Latency besides the time on the air; drawn uniformly between two numbers."""
     broadcast: bool
+    """False: each neighbour gets its own copy, one after the other."""
     csma: bool = False
+    """Whether `medium.access: csma` is allowed."""
     v2v: bool = True
+    """For tables."""
     mimo: bool = True
+    """For tables."""

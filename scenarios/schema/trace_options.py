@@ -15,13 +15,37 @@ TIME_WORDS: Final = ("as-given", "from-first")
 def trace_file_schema() -> dict[str, dict[str, Any]]:
     """Return the options as JSON schema, for messages and the reference."""
     return {
-        "file": {"type": "string"},
-        "column": {"type": "string"},
-        "time_column": {"type": "string"},
-        "unit": {"enum": list(SPEEDS)},
-        "time_unit": {"enum": list(TIMES)},
-        "time": {"enum": list(TIME_WORDS)},
-        "where": {"type": "object"},
+        "file": {
+            "type": "string",
+            "description": "A table, relative to the scenario file; instead of points.",
+        },
+        "column": {
+            "type": "string",
+            "description": "Name of the file's column of speeds; default: the column that is "
+            "called a speed.",
+        },
+        "time_column": {
+            "type": "string",
+            "description": "Name of the file's column of times; default: the column that is "
+            "called a time.",
+        },
+        "unit": {
+            "enum": list(SPEEDS),
+            "description": "Unit of the speeds; default: from the header.",
+        },
+        "time_unit": {
+            "enum": list(TIMES),
+            "description": "Unit of the times; default: from the header, else s.",
+        },
+        "time": {
+            "enum": list(TIME_WORDS),
+            "description": "`from-first`: the first point is time 0; default for dates, else "
+            "as-given.",
+        },
+        "where": {
+            "type": "object",
+            "description": "Columns and their values; only rows with these values are read.",
+        },
     }
 
 
