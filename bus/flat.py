@@ -26,6 +26,18 @@ _CODES: Final = {
 }
 
 
+class Piece(NamedTuple):
+    """A part of a message: the bytes before its numbers, their `struct` code, and how many.
+
+    many is 0 for a single number that is no column.
+    """
+
+    name: str
+    head: bytes
+    code: str
+    many: int = 0
+
+
 class FlatEncoder:
     """An encoder of one message type, without the fields in `leave_out`.
 
@@ -45,6 +57,8 @@ class FlatEncoder:
         numbers = list(_numbers(descriptor, leave_out))
         self.names = tuple(number.name for number in numbers)
         """The names of the fields, in order of field number."""
+        self.pieces = tuple(Piece(number.name, number.head, number.code) for number in numbers)
+        """The parts of a message, in order."""
         self.encode = _compiled(numbers)
 
 
@@ -62,7 +76,7 @@ class ColumnEncoder:
 
     def __init__(self, descriptor: Descriptor, name: str) -> None:
         field = descriptor.fields_by_name[name]
-        self._number = field.number
+        self._name, self._number = name, field.number
         self._code, wire = _CODES.get(field.type, ("", 0))
         if not field.is_repeated or not wire:
             raise TypeError(f"{descriptor.name}.{name} is not a column of numbers of fixed width")
@@ -76,6 +90,10 @@ class ColumnEncoder:
             return b""
         head, form = _column(self._number, self._code, len(values))
         return form.pack(head, *values)
+
+    def piece(self, count: int) -> Piece:
+        """Return the field with this many numbers, 1 or more, as a part of a message."""
+        return Piece(self._name, _column(self._number, self._code, count)[0], self._code, count)
 
 
 @cache

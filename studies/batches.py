@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.load import Run, in_memory
@@ -17,7 +18,6 @@ from zenvoy.bus.log_format import Fingerprint
 from zenvoy.bus.topics import CLOCK, ESTIMATE, FLEET_COMMAND, RADAR, TRUTH, Topic
 from zenvoy.fleet.arrays.batch import Batch, Cycle
 from zenvoy.fleet.arrays.columns import Column, columns_of, needs_whole
-from zenvoy.fleet.arrays.estimates import Array
 from zenvoy.fleet.arrays.happenings import Happenings
 from zenvoy.fleet.arrays.log import RunLog
 from zenvoy.fleet.labels import metadata_without_log
@@ -155,7 +155,7 @@ class _Filled:
         self._columns = columns
         self._cycles = scenario.cycles
         self._shape = (runs, scenario.fleet.size)
-        self._values: dict[str, dict[str, Array]] = {
+        self._values: dict[str, dict[str, NDArray[Any]]] = {
             topic: {
                 name: np.empty((runs, self._rows(topic), scenario.fleet.size), _dtype(topic, name))
                 for name in names

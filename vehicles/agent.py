@@ -102,7 +102,7 @@ class Vehicle:
         plan = self._known.sense(sense)
         sequence = self._beaconing.next(sense) if self._beacons else None
         if sequence is None:
-            return silence(sense)
+            return silence(sense.cycle, sense.time_ns, sense.vehicle)
         sent = beacon(sense, self._known.radar, sequence, plan)
         if self._reports_commands:
             sent += reported(self._known.newest_command)

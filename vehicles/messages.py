@@ -21,22 +21,22 @@ _NOT_FLAT: Final = (
     "odometer",
     "offset",
 )
-_BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_NOT_FLAT)
-_BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_NOT_FLAT))
-_PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
-_PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
-_COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
-_NEIGHBOURS: Final = alone(pb.Command.DESCRIPTOR, "neighbours")
-_COMMANDED: Final = alone(pb.Beacon.DESCRIPTOR, "commanded_acceleration")
+BEACON: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=_NOT_FLAT)
+BEACON_OF_FIRST: Final = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=("ahead", *_NOT_FLAT))
+PLANNED_FROM: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_from_ns")
+PLANNED: Final = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
+COMMAND: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
+NEIGHBOURS: Final = alone(pb.Command.DESCRIPTOR, "neighbours")
+COMMANDED: Final = alone(pb.Beacon.DESCRIPTOR, "commanded_acceleration")
 _ODOMETER: Final = alone(pb.Beacon.DESCRIPTOR, "odometer")
 _OFFSET: Final = alone(pb.Beacon.DESCRIPTOR, "offset")
-_LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
+LOGGED: Final = ColumnEncoder(pb.Command.DESCRIPTOR, "logged")
 _NOT_ESTIMATED: Final = Relative(nan, nan)
 
 
-def silence(sense: pb.Sense) -> bytes:
-    """Return a beacon that says that nothing goes on the air in the cycle of a sense."""
-    beacon = pb.Beacon(cycle=sense.cycle, time_ns=sense.time_ns, vehicle=sense.vehicle, silent=True)
+def silence(cycle: int, time_ns: int, vehicle: int) -> bytes:
+    """Return a beacon that says that nothing goes on the air in a cycle."""
+    beacon = pb.Beacon(cycle=cycle, time_ns=time_ns, vehicle=vehicle, silent=True)
     return beacon.SerializeToString()
 
 
@@ -50,7 +50,7 @@ def beacon(
     """
     # The fields are written twice, because passing them as a mapping takes half as long again.
     if radar is None:
-        head = _BEACON_OF_FIRST.encode(
+        head = BEACON_OF_FIRST.encode(
             cycle=sense.cycle,
             time_ns=sense.time_ns,
             vehicle=sense.vehicle,
@@ -60,7 +60,7 @@ def beacon(
             acceleration=sense.acceleration,
         )
     else:
-        head = _BEACON.encode(
+        head = BEACON.encode(
             cycle=sense.cycle,
             time_ns=sense.time_ns,
             vehicle=sense.vehicle,
@@ -72,12 +72,12 @@ def beacon(
             ahead_speed=radar.v,
         )
     planned_from_ns, planned = plan
-    return head + _PLANNED_FROM.encode(planned_from_ns) + _PLANNED.encode(planned)
+    return head + PLANNED_FROM.encode(planned_from_ns) + PLANNED.encode(planned)
 
 
 def reported(command_mps2: float) -> bytes:
     """Return the newest command as the end of a beacon."""
-    return _COMMANDED.encode(commanded_acceleration=command_mps2)
+    return COMMANDED.encode(commanded_acceleration=command_mps2)
 
 
 def shared(report: Report) -> bytes:
@@ -117,7 +117,7 @@ def command(
     link_ahead, link_behind = known.links
     ahead = _link(link_ahead, predicted.ahead if predicted else None)
     behind = _link(link_behind, predicted.behind if predicted else None)
-    encoded = _COMMAND.encode(
+    encoded = COMMAND.encode(
         cycle=at.cycle,
         time_ns=at.decided_ns,
         vehicle=vehicle,
@@ -144,8 +144,8 @@ def command(
         age_ns=known.age_ns,
     )
     if counts_neighbours:
-        encoded += _NEIGHBOURS.encode(neighbours=decision.neighbours)
-    return encoded + _LOGGED.encode(decision.logged) if decision.logged else encoded
+        encoded += NEIGHBOURS.encode(neighbours=decision.neighbours)
+    return encoded + LOGGED.encode(decision.logged) if decision.logged else encoded
 
 
 class _Link(NamedTuple):

@@ -12,8 +12,10 @@ from zenvoy.bus.session import give_way
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
+from zenvoy.vehicles.arrays.suited import suited
 from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.vehicles.shared_arrays import ArrayVehicles
 from zenvoy.vehicles.shared_process import LockStepVehicles, RealtimeVehicles
 
 
@@ -46,7 +48,17 @@ def run_vehicles(
         agents = RealtimeVehicles(scenario, process)
         _drive(RealtimeBus(agents, wiring, scenario.speed), on_joined)
     else:
-        _drive(ZenohBus(LockStepVehicles(scenario, process), wiring), on_joined)
+        _drive(ZenohBus(_in_lock_step(scenario, process, wiring), wiring), on_joined)
+
+
+def _in_lock_step(
+    scenario: Scenario, process: VehicleProcess, wiring: Wiring
+) -> ArrayVehicles | LockStepVehicles:
+    """Return the vehicles of a process, as arrays if these can run them."""
+    known = {vehicle for shared in wiring.shared_processes for vehicle in shared.vehicles}
+    if suited(scenario, process.vehicles, known):
+        return ArrayVehicles(scenario, process)
+    return LockStepVehicles(scenario, process)
 
 
 def _drive(

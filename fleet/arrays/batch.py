@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from zenvoy.fleet.arrays.deliveries import Deliveries
-from zenvoy.fleet.arrays.estimates import Estimates
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.beaconing import Beaconing
 from zenvoy.vehicles.arrays.decisions import Decisions
+from zenvoy.vehicles.arrays.estimates import Estimates
 from zenvoy.vehicles.arrays.rows import Floats
 from zenvoy.vehicles.arrays.vehicles import Senses, Vehicles
 from zenvoy.world.fleet import Fleet

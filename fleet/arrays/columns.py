@@ -10,10 +10,10 @@ import numpy as np
 
 from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, RADAR, TRUTH
 from zenvoy.fleet.arrays.batch import Cycle
-from zenvoy.fleet.arrays.estimates import ESTIMATES, NEIGHBOURS, OF_WHOLE, Array
 from zenvoy.laws import law_of
 from zenvoy.scenarios import Scenario, modes, roster
 from zenvoy.vehicles.arrays.decisions import Decisions
+from zenvoy.vehicles.arrays.estimates import ESTIMATES, NEIGHBOURS, OF_WHOLE, Array
 from zenvoy.vehicles.arrays.vehicles import Senses
 
 Column = Callable[[Cycle], Array]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 
+import numpy as np
 import pytest
 from google.protobuf.descriptor import Descriptor
 from hypothesis import given
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.flat import ColumnEncoder, FlatEncoder
+from zenvoy.bus.flat_arrays import FlatTable
 
 numbers = st.floats(allow_nan=False)
 times = st.integers(-(2**63), 2**63 - 1)
@@ -163,3 +165,42 @@ def test_columns_are_read_back(instants: list[int], values: list[float]) -> None
 def test_a_field_that_is_no_column_of_numbers_is_refused(name: str) -> None:
     with pytest.raises(TypeError, match=f"Beacon.{name} is not a column"):
         ColumnEncoder(pb.Beacon.DESCRIPTOR, name)
+
+
+@given(st.lists(st.tuples(counts, times, links, numbers), min_size=1, max_size=5))
+def test_a_table_writes_and_reads_what_messages_one_by_one_do(
+    rows: list[tuple[int, int, tuple[float, float], float]],
+) -> None:
+    flat = FlatEncoder(pb.Beacon.DESCRIPTOR, leave_out=PLAN)
+    planned = ColumnEncoder(pb.Beacon.DESCRIPTOR, "planned_acceleration")
+    table = FlatTable([*flat.pieces, planned.piece(2)])
+    same = dict.fromkeys(("sequence", "position", "acceleration"), 1)
+    alone = [
+        flat.encode(
+            cycle=7, time_ns=time_ns, vehicle=one, speed=speed, ahead_gap=gap, ahead_speed=rate,
+            **same,
+        )
+        + planned.encode((gap, speed))
+        for one, time_ns, (gap, rate), speed in rows
+    ]  # fmt: skip
+    vehicle, time_ns, ahead, speed = (list(column) for column in zip(*rows, strict=True))
+    gap, rate = zip(*ahead, strict=True)
+    plans = list(zip(gap, speed, strict=True))
+    columns = {"vehicle": vehicle, "time_ns": time_ns, "ahead_gap": gap, "ahead_speed": rate}
+    columns |= {"speed": speed, "planned_acceleration": plans}
+    together = table.encode(len(rows), cycle=7, **columns, **same)
+    assert together == alone
+    read = table.decode(together)
+    assert read is not None
+    for name, column in columns.items():
+        assert read[name].tolist() == np.array(column).tolist()
+
+
+def test_a_table_reads_no_message_of_another_form() -> None:
+    flat = FlatEncoder(pb.Sense.DESCRIPTOR)
+    table = FlatTable(flat.pieces)
+    message = flat.encode(**dict.fromkeys(flat.names, 1))
+    other_tag = bytes([message[0] ^ 8]) + message[1:]
+    assert table.decode([message]) is not None
+    for wrong in (message[:-1], message + b"\0", other_tag, b""):
+        assert table.decode([message, wrong]) is None

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from zenvoy.bus.topics import vehicle_name
 from zenvoy.laws import Law, Observation, Output, Relative, builtin, where
 from zenvoy.laws.errors import LawError
 from zenvoy.scenarios import Limits, Scenario, roster
@@ -118,7 +119,8 @@ def test_a_law_that_fails_for_one_vehicle_names_that_vehicle() -> None:
     view = View(radar=state, read=seen, acceleration=np.zeros(count))
     law = Law(name="mine", acceleration=fails_when_fast, parameters=Limit)
     aims = Schedule([*roster(scenario), *roster(scenario)]).at(0)
-    decider = Decider([Limits(-3.0, 3.0)] * count, size, PERIOD_S, length_m=5.0)
+    names = [vehicle_name(vehicle, size) for vehicle in range(1, size + 1)]
+    decider = Decider([Limits(-3.0, 3.0)] * count, names, PERIOD_S, length_m=5.0)
     with pytest.raises(LawError, match="law mine returned nan") as caught:
         decider.decide(
             Occasion(

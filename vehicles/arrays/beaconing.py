@@ -16,13 +16,21 @@ RULES: Final = ("every-cycle", "every-nth")
 
 
 class Beaconing:
-    """Sends beacons as `vehicles.beaconing` does, for the vehicles with these settings."""
+    """Sends beacons as `vehicles.beaconing` does, for the vehicles with these settings.
 
-    def __init__(self, scenario: Scenario, settings: Sequence[Settings]) -> None:
-        size = scenario.fleet.size
-        first = [first_beacon(scenario, vehicle) for vehicle in range(1, size + 1)]
+    These are the vehicles of the whole fleet, once for each run, unless `vehicles` names them.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        settings: Sequence[Settings],
+        vehicles: Sequence[int] | None = None,
+    ) -> None:
+        each = vehicles or range(1, scenario.fleet.size + 1)
+        first = [first_beacon(scenario, vehicle) for vehicle in each]
         self._n = scenario.cycles_per_beacon
-        self._first = np.tile(np.array(first), len(settings) // size)
+        self._first = np.tile(np.array(first), len(settings) // len(first))
         self._beacons = np.array([one.beacons for one in settings])
 
     def at(self, cycle: int) -> tuple[Bools, Ints]:

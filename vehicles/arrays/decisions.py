@@ -62,15 +62,15 @@ class Decisions(NamedTuple):
 
 
 class Decider:
-    """Decides for vehicles within their limits, in runs of `size` each."""
+    """Decides for vehicles within their limits, in runs of vehicles with these names."""
 
     def __init__(
-        self, limits: Sequence[Limits], size: int, period_s: float, length_m: float
+        self, limits: Sequence[Limits], names: Sequence[str], period_s: float, length_m: float
     ) -> None:
         count = len(limits)
         self._count, self._period_s, self._length_m = count, period_s, length_m
         self._limits = np.array(limits).T
-        self._calls = LawCalls(count, size)
+        self._calls = LawCalls(count, names)
 
     def decide(self, now: Occasion) -> Decisions:
         """Return the decisions of a cycle. Raises LawError or NotCoveredError."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from zenvoy.bus.topics import vehicle_name
 from zenvoy.laws import Observation, Output
 from zenvoy.laws.errors import LawError, described
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
@@ -25,10 +25,10 @@ class _State(NamedTuple):
 
 
 class LawCalls:
-    """Calls laws for `count` vehicles, in runs of `size` vehicles each, and keeps their states."""
+    """Calls laws for `count` vehicles, in runs of vehicles with these names, and keeps states."""
 
-    def __init__(self, count: int, size: int) -> None:
-        self._count, self._size = count, size
+    def __init__(self, count: int, names: Sequence[str]) -> None:
+        self._count, self._names = count, names
         self._states: dict[int, _State] = {}  # by identity of the controller
 
     def call(
@@ -69,7 +69,7 @@ class LawCalls:
             try:
                 applied(controller, _alone(observation, at))
             except LawError as error:
-                error.process = vehicle_name(member % self._size + 1, self._size)
+                error.process = self._names[member % len(self._names)]
                 raise
 
     def _recalled(self, cycle: int, controller: Controller, rows: Rows) -> tuple[Floats, ...]:

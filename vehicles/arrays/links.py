@@ -41,13 +41,20 @@ class Links:
 
 
 def links_of(
-    scenario: Scenario, timing: Timing, controllers: Sequence[Controller], runs: int
+    scenario: Scenario,
+    timing: Timing,
+    controllers: Sequence[Controller],
+    runs: int,
+    vehicles: Sequence[int],
 ) -> Links:
-    """Return the links that these controllers use at some time."""
+    """Return the links of some vehicles that these controllers use at some time.
+
+    Senders are vehicles of the whole fleet, of which each run has a copy.
+    """
     size = scenario.fleet.size
-    each = [neighbours(scenario, vehicle, controllers) for vehicle in range(1, size + 1)]
+    each = [neighbours(scenario, vehicle, controllers) for vehicle in vehicles]
     m = max(1, *(one.law.sides(one.parameters) for one in controllers))
-    base = np.repeat(np.arange(runs, dtype=np.int64) * size, size)
+    base = np.repeat(np.arange(runs, dtype=np.int64) * size, len(vehicles))
 
     def link(numbers: Sequence[int]) -> Link:
         sender = np.tile(np.array(numbers, dtype=np.int64), runs)

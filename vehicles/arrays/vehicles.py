@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from zenvoy.bus.topics import vehicle_name
 from zenvoy.keyed_random.draws import Purpose, uniforms
 from zenvoy.laws import Relative
 from zenvoy.scenarios import Scenario, roster
@@ -27,6 +28,7 @@ from zenvoy.vehicles.arrays.plans import Plan
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.arrays.view import NOTHING, Known, Reported, Seen, View
+from zenvoy.vehicles.control import reports_commands
 
 
 class Senses(NamedTuple):
@@ -47,32 +49,42 @@ class Vehicles:
 
     In each cycle, call `sense`, then `hear` for each link and each cycle whose beacons have
     arrived, the oldest first, then `decide`.
+
+    These are all vehicles of the fleet, unless `members` names those of a process. The beacons of
+    members go to processes that may need all that they contain.
     """
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    def __init__(self, scenarios: Sequence[Scenario], members: Sequence[int] | None = None) -> None:
         first = scenarios[0]
         size, runs = first.fleet.size, len(scenarios)
+        there = members or range(1, size + 1)
         self.timing = Timing.of(first)
         self._by_position = first.control.neighbour_state == "position"
-        settings = [one for scenario in scenarios for one in roster(scenario)]
-        number = np.tile(np.arange(size), runs)
+        settings = [roster(scenario)[one - 1] for scenario in scenarios for one in there]
+        number = np.tile(np.array(there) - 1, runs)
         steps = number % (first.control.platoon.size or size)
         self._steps_to_leader = steps.astype(np.float64)
         self._controllers = Controllers(first, settings, leads=steps == 0)
         every = self._controllers.every
         needs = [one.law.needs for one in every]
-        self.links = links_of(first, self.timing, every, runs)
+        self.links = links_of(first, self.timing, every, runs, there)
         self._m = max(one.law.sides(one.parameters) for one in every)
         self._looks_behind = any(one.behind for one in needs)
-        self._wants_motion = any(one.predecessor or one.leader for one in needs)
+        self._wants_motion = members is not None or any(
+            one.predecessor or one.leader for one in needs
+        )
         # Shares of a fleet are drawn by seed, so a law may drive in some of the runs only.
         self._reports_commands = any(one.law.hears_commands(one.parameters) for one in every)
+        if members is not None:
+            self._reports_commands = reports_commands(first)  # others may need them
         self._wants_predecessor = any(one.predecessor for one in needs)
         self._schedule = Schedule(settings)
         limits = [one.limits for one in settings]
-        self._decider = Decider(limits, size, first.period_ns * 1e-9, first.fleet.length_m)
+        names = [vehicle_name(one, size) for one in there]
+        self._decider = Decider(limits, names, first.period_ns * 1e-9, first.fleet.length_m)
         self._vehicle = number + 1
-        self._seed = np.repeat(np.array([one.seed for one in scenarios], dtype=np.uint64), size)
+        seeds = np.array([one.seed for one in scenarios], dtype=np.uint64)
+        self._seed = np.repeat(seeds, len(there))
         self._first: Bools | None = None
         self._last: Bools | None = None
         self._radar: Rows = ALL
@@ -81,7 +93,8 @@ class Vehicles:
             self._radar = np.flatnonzero(~self._first)
         predicts = any(one.prediction for one in needs)
         lag_s = np.array([one.lag_s for one in settings])
-        self.own = OwnMotion(self.timing, lag_s, predicts=predicts)
+        plans = predicts or members is not None
+        self.own = OwnMotion(self.timing, lag_s, predicts=plans)
         self.estimation: Estimation | None = None
         """Estimates and predictions, if any law needs them."""
         if predicts:

@@ -1,0 +1,74 @@
+"""Encodes and decodes many messages of one form at once, each field as an array.
+
+Messages of numbers of fixed width, in the same fields, have the same length and the same tags
+(`flat`). So together they are a table, whose columns numpy fills or reads in one call each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from zenvoy.bus.flat import Piece
+
+_DTYPES: Final = {
+    "d": "<f8",
+    "q": "<i8",
+    "Q": "<u8",
+    "f": "<f4",
+    "i": "<i4",
+    "I": "<u4",
+    "B": "u1",
+}
+
+
+class FlatTable:
+    """Messages that consist of these pieces."""
+
+    def __init__(self, pieces: Sequence[Piece]) -> None:
+        template, offsets, formats = bytearray(), [], []
+        fixed: list[bool] = []
+        for piece in pieces:
+            template += piece.head
+            offsets.append(len(template))
+            formats.append((_DTYPES[piece.code], (piece.many,) if piece.many else ()))
+            width = np.dtype(formats[-1]).itemsize
+            template += bytes(width)
+            fixed += [True] * len(piece.head) + [False] * width
+        self.size = len(template)
+        """The length of a message, bytes."""
+        self._template = bytes(template)
+        self._fixed = np.flatnonzero(fixed)
+        self._dtype = np.dtype(
+            {
+                "names": [piece.name for piece in pieces],
+                "formats": formats,
+                "offsets": offsets,
+                "itemsize": self.size,
+            }
+        )
+
+    def encode(self, count: int, **columns: ArrayLike) -> list[bytes]:
+        """Return `count` messages; a column has a number for each of them, or one for all.
+
+        Raises KeyError if a field is missing.
+        """
+        table = np.frombuffer(bytearray(self._template * count), self._dtype)
+        for name in self._dtype.names or ():
+            table[name] = columns[name]
+        data, size = table.tobytes(), self.size
+        return [data[at : at + size] for at in range(0, count * size, size)]
+
+    def decode(self, payloads: Sequence[bytes]) -> NDArray[Any] | None:
+        """Return the messages as a structured array; None if any of them has another form."""
+        data, size = b"".join(payloads), self.size
+        if any(len(payload) != size for payload in payloads):
+            return None
+        rows = np.frombuffer(data, np.uint8).reshape(-1, size)
+        template = np.frombuffer(self._template, np.uint8)
+        if not (rows[:, self._fixed] == template[self._fixed]).all():
+            return None
+        return np.frombuffer(data, self._dtype)
