@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from google.protobuf.message import Message
 
@@ -16,13 +16,15 @@ M = TypeVar("M", bound=Message)
 class Envelope(NamedTuple):
     """A message in transit: its stream, the vehicle to which that belongs (0: none), its bytes.
 
-    `time_ns` is its time in the log, if it is logged.
+    `time_ns` is its time in the log, if it is logged. `bundled` says that it is one message for all
+    vehicles of the process of `vehicle`.
     """
 
     topic: Topic[Any]
     vehicle: int
     payload: bytes
     time_ns: int = 0
+    bundled: bool = False
 
 
 class Barrier(NamedTuple):
@@ -59,6 +61,11 @@ class Inbox:
         message: M = decoded
         return message
 
+    def together(self, topic: Topic[Any]) -> Any:
+        """Return the only message of `topic`, as the decoder of its agent made it."""
+        ((decoded, _),) = self._mail[topic]
+        return decoded
+
     def each(self) -> list[Inbox]:
         """Return an inbox for each vehicle, in order, with its own message of each topic."""
         shares = zip(*self._mail.values(), strict=True)
@@ -70,6 +77,9 @@ class Inbox:
         """Return the messages of `topic` and their bytes as received, in order of vehicle."""
         return self._mail[topic]
 
+
+Decoder = Callable[[bytes], Any]
+"""Decodes one message for all vehicles of a process; raises PayloadError."""
 
 Log = Callable[[Topic[Any], int, bytes], None]
 """Takes a message to be logged: its topic, its simulation time (ns), its bytes."""
@@ -92,6 +102,18 @@ class Participant(Protocol):
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return in a word why a message to it is refused, or None; change nothing."""
+
+
+@runtime_checkable
+class TakesBundles(Protocol):
+    """A participant that takes one message for all its vehicles, of some streams."""
+
+    decoders: Mapping[Topic[Any], Decoder]
+
+
+def decoders_of(participant: Participant) -> Mapping[Topic[Any], Decoder]:
+    """Return the streams of which a participant takes bundles, with their decoders."""
+    return participant.decoders if isinstance(participant, TakesBundles) else {}
 
 
 class Agent(Participant, Protocol):

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Any
 
 from google.protobuf.message import DecodeError
 
+from zenvoy.bus import deliveries
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
-from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
-
-_OVERHEAD_BYTES: Final = 20  # upper bound per payload in a bundle
+from zenvoy.bus.topics import RECEIVE, Topic
 
 Parcel = tuple[int, bytes]
 """A vehicle, and a payload for it or from it."""
@@ -22,23 +21,17 @@ class Bundle:
 
     def __init__(self) -> None:
         self._parcels: list[Parcel] = []
-        self._bytes = 0
 
     def __len__(self) -> int:
         return len(self._parcels)
 
-    def has_room(self, payload: bytes) -> bool:
-        """Return whether the payload still fits into the message; an empty bundle has room."""
-        return not self._parcels or self._bytes + _size(payload) <= MAX_PAYLOAD_BYTES
-
     def add(self, vehicle: int, payload: bytes) -> None:
         """Add a payload."""
         self._parcels.append((vehicle, payload))
-        self._bytes += _size(payload)
 
     def pack(self) -> bytes:
         """Return the message, and empty the bundle."""
-        parcels, self._parcels, self._bytes = self._parcels, [], 0
+        parcels, self._parcels = self._parcels, []
         return pack(parcels)
 
 
@@ -59,5 +52,6 @@ def unpack(bundle: bytes) -> list[Parcel]:
     return list(zip(message.vehicle, message.payload, strict=True))
 
 
-def _size(payload: bytes) -> int:
-    return len(payload) + _OVERHEAD_BYTES
+def parcels_in(topic: Topic[Any], payload: bytes) -> list[Parcel]:
+    """Return the payloads in one message for all vehicles of a process; raises PayloadError."""
+    return list(deliveries.decode(payload).receives()) if topic is RECEIVE else unpack(payload)

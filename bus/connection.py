@@ -11,8 +11,8 @@ from typing import Any, Self, cast
 
 import zenoh
 
-from zenvoy.bus.agent import Envelope, Log, Participant
-from zenvoy.bus.bundles import Bundle, Parcel, unpack
+from zenvoy.bus.agent import Envelope, Log, Participant, decoders_of
+from zenvoy.bus.bundles import Bundle, Parcel, parcels_in
 from zenvoy.bus.doorkeeper import Doorkeeper
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import PayloadError
@@ -55,6 +55,7 @@ class Connection(ABC):
 
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
+        self._decoders = decoders_of(participant)
         self._wiring = wiring
         self._log = log
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
@@ -140,21 +141,19 @@ class Connection(ABC):
         """Log messages, publish them, or both, as their topics say, in order.
 
         Messages of one stream to or from a shared process are bundled. A bundle is published when
-        it is full, when it has a message of each vehicle, or at the end.
+        it has a message of each vehicle, or at the end.
         """
         bundles: dict[str, Bundle] = {}
-        for topic, vehicle, payload, time_ns in envelopes:
+        for topic, vehicle, payload, time_ns, bundled in envelopes:
             if topic.logged_as is not None and self._log is not None:
                 self._log(topic, time_ns, payload)
             if topic.pattern is None:
                 continue
             key, process = self._keys[topic, vehicle], self._shared_by.get(vehicle)
-            if process is None:
+            if process is None or bundled:
                 self._publish(key, payload)
                 continue
             bundle = bundles.setdefault(key, Bundle())
-            if not bundle.has_room(payload):
-                self._publish(key, bundle.pack())
             bundle.add(vehicle, payload)
             if len(bundle) == len(process.vehicles):
                 self._publish(key, bundle.pack())
@@ -225,7 +224,7 @@ class Connection(ABC):
                 if whole is None:
                     return ()
                 payload = whole
-            parcels = [(owner, payload)] if isinstance(owner, int) else unpack(payload)
+            parcels = self._parcels_in(topic, owner, payload)
         except PayloadError:
             self.refusals.add(MALFORMED, key)
             return ()
@@ -233,10 +232,20 @@ class Connection(ABC):
         if not parcels or not all(payload for _, payload in parcels):
             self.refusals.add(MALFORMED, key)
             return ()
-        if not isinstance(owner, int) and not owner.issuperset(vehicle for vehicle, _ in parcels):
+        owners = {owner} if isinstance(owner, int) else owner
+        taken_apart = topic not in self._decoders
+        if taken_apart and not owners.issuperset(vehicle for vehicle, _ in parcels):
             self.refusals.add(FOREIGN, key)
             return ()
         return parcels
+
+    def _parcels_in(
+        self, topic: Topic[Any], owner: int | frozenset[int], payload: bytes
+    ) -> list[Parcel]:
+        """Return the payloads in a message by vehicle; a bundle that stays whole has number 0."""
+        if isinstance(owner, int):
+            return [(owner, payload)]
+        return [(0, payload)] if topic in self._decoders else parcels_in(topic, payload)
 
     @property
     def hosts(self) -> dict[int, str]:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from typing import Any
 
-from zenvoy.bus.agent import Agent, Barrier, Envelope, Log
+from zenvoy.bus.agent import Agent, Barrier, Envelope, Log, decoders_of
+from zenvoy.bus.bundles import Bundle, parcels_in
 from zenvoy.bus.errors import StalledError
 from zenvoy.bus.mailbox import Mailbox
+from zenvoy.bus.topics import Topic
 
 
 class _Seat:
     """An agent, its mailbox, and the barrier that it waits for."""
 
-    __slots__ = ("agent", "barrier", "mailbox", "queued")
+    __slots__ = ("agent", "barrier", "bundles", "decoders", "mailbox", "queued")
 
     def __init__(self, agent: Agent) -> None:
         self.agent = agent
-        self.mailbox = Mailbox()
+        self.decoders = decoders_of(agent)
+        self.mailbox = Mailbox(decoders=self.decoders)
+        self.bundles: dict[Topic[Any], Bundle] = {}  # that are not complete
         self.barrier: Barrier | None = None
         self.queued = False
         self.next()
@@ -57,15 +62,29 @@ class InProcessBus:
         self._check_done()
 
     def _send(self, envelope: Envelope) -> None:
-        topic, vehicle, payload, time_ns = envelope
+        topic, vehicle, payload, time_ns, bundled = envelope
         if topic.logged_as is not None:
             self._log(topic, time_ns, payload)
         if topic.reader is None:
             return
         reader = self._by_reader.get((topic.reader, vehicle if topic.reader == "vehicle" else 0))
-        if reader is not None:
+        if reader is None:
+            return
+        takes_bundles = topic in reader.decoders
+        if takes_bundles and not bundled:
+            bundle = reader.bundles.setdefault(topic, Bundle())
+            bundle.add(vehicle, payload)
+            if len(bundle) < len(reader.agent.vehicles):
+                return
+            payload = bundle.pack()
+        if takes_bundles:
+            reader.mailbox.put(topic, 0, payload)
+        elif bundled:
+            for one, its in parcels_in(topic, payload):
+                reader.mailbox.put(topic, one, its)
+        else:
             reader.mailbox.put(topic, vehicle, payload)
-            self._queue_if_met(reader)
+        self._queue_if_met(reader)
 
     def _queue_if_met(self, seat: _Seat) -> None:
         if not seat.queued and seat.barrier is not None and seat.mailbox.met(seat.barrier):

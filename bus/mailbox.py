@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from zenvoy.bus.agent import Barrier, Inbox
+from zenvoy.bus.agent import Barrier, Decoder, Inbox
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.refusals import DUPLICATE, EARLY, MALFORMED, STALE
 from zenvoy.bus.topics import Topic
@@ -24,10 +24,14 @@ class Mailbox:
     """Messages by topic, cycle and vehicle.
 
     Refused messages are counted in `rejected` by reason, and change nothing else. `check` is
-    applied last. It is None on a bus that no other program can write to.
+    applied last. It is None on a bus that no other program can write to. `decoders` are those of
+    streams with one message for all vehicles of a process, which has the number 0.
     """
 
-    def __init__(self, check: Check | None = None) -> None:
+    def __init__(
+        self, check: Check | None = None, decoders: Mapping[Topic[Any], Decoder] | None = None
+    ) -> None:
+        self._decoders = decoders or {}
         self.rejected: Counter[str] = Counter()
         self._check = check
         self._mail: dict[tuple[Topic[Any], int], dict[int, tuple[Any, bytes]]] = {}
@@ -37,7 +41,7 @@ class Mailbox:
     def put(self, topic: Topic[Any], vehicle: int, payload: bytes) -> str | None:
         """Decode and keep a message; return the reason if it is refused."""
         try:
-            message = topic.decode(payload)
+            message = self._decoders.get(topic, topic.decode)(payload)
         except PayloadError:
             return self._refuse(MALFORMED)
         cycle, taken = message.cycle, max(self._taken.get(topic, -1), self._before)

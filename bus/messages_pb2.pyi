@@ -1085,8 +1085,97 @@ class Links(_message.Message):
 Global___Links: _TypeAlias = Links  # noqa: Y015
 
 @_typing.final
+class Delivery(_message.Message):
+    """channel -> process that runs several vehicles: what they receive, with each beacon once."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    RECEIVED_FIELD_NUMBER: _builtins.int
+    BEACON_FIELD_NUMBER: _builtins.int
+    received: _builtins.bytes
+    """serialized Received"""
+    @_builtins.property
+    def beacon(self) -> _containers.RepeatedScalarFieldContainer[_builtins.bytes]:
+        """serialized Beacon"""
+
+    def __init__(
+        self,
+        *,
+        received: _builtins.bytes = ...,
+        beacon: _abc.Iterable[_builtins.bytes] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["beacon", b"beacon", "received", b"received"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Delivery: _TypeAlias = Delivery  # noqa: Y015
+
+@_typing.final
+class Received(_message.Message):
+    """The frames of a Delivery. The frames of a vehicle follow those of the vehicle before it; they are
+    in order of arrival.
+    """
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    CYCLE_FIELD_NUMBER: _builtins.int
+    VEHICLE_FIELD_NUMBER: _builtins.int
+    TIME_NS_FIELD_NUMBER: _builtins.int
+    END_FIELD_NUMBER: _builtins.int
+    ARRIVED_NS_FIELD_NUMBER: _builtins.int
+    BEACON_FIELD_NUMBER: _builtins.int
+    SOURCE_FIELD_NUMBER: _builtins.int
+    cycle: _builtins.int
+    @_builtins.property
+    def vehicle(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """ascending"""
+
+    @_builtins.property
+    def time_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """by vehicle, as in Receive"""
+
+    @_builtins.property
+    def end(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """by vehicle: how many frames it and those before it have"""
+
+    @_builtins.property
+    def arrived_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """by frame"""
+
+    @_builtins.property
+    def beacon(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """by frame: which of the beacons, from 0"""
+
+    @_builtins.property
+    def source(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """by beacon"""
+
+    def __init__(
+        self,
+        *,
+        cycle: _builtins.int = ...,
+        vehicle: _abc.Iterable[_builtins.int] | None = ...,
+        time_ns: _abc.Iterable[_builtins.int] | None = ...,
+        end: _abc.Iterable[_builtins.int] | None = ...,
+        arrived_ns: _abc.Iterable[_builtins.int] | None = ...,
+        beacon: _abc.Iterable[_builtins.int] | None = ...,
+        source: _abc.Iterable[_builtins.int] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "beacon", b"beacon", "cycle", b"cycle", "end", b"end", "source", b"source", "time_ns", b"time_ns", "vehicle", b"vehicle"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Received: _TypeAlias = Received  # noqa: Y015
+
+@_typing.final
 class Bundle(_message.Message):
-    """On the keys of a process that runs several vehicles: payloads of one stream, in parallel lists."""
+    """On the keys of a process that runs several vehicles: payloads of one other stream, in parallel
+    lists.
+    """
 
     DESCRIPTOR: _descriptor.Descriptor
 

@@ -9,7 +9,7 @@ from typing import Any, Final, Protocol, TypeVar
 
 import zenoh
 
-from zenvoy.bus.agent import Agent, Barrier, Log
+from zenvoy.bus.agent import Agent, Barrier, Log, decoders_of
 from zenvoy.bus.clock import pause
 from zenvoy.bus.connection import Connection, Wiring
 from zenvoy.bus.latecomers import Latecomers
@@ -39,7 +39,7 @@ class ZenohBus(Connection):
     """
 
     def __init__(self, agent: Agent, wiring: Wiring, log: Log | None = None) -> None:
-        self._mailbox = Mailbox(agent.fault_in)
+        self._mailbox = Mailbox(agent.fault_in, decoders_of(agent))
         super().__init__(agent, wiring, log)
         self._agent = agent
         self._barrier: Barrier | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import fault_in_beacon, fault_in_positions
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.faulty_transmitters import FaultyTransmitters
 from zenvoy.channel.sent import Sent
@@ -29,13 +30,14 @@ class Channel:
     delivers them.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, shared: Sequence[VehicleProcess] = ()) -> None:
+        """Take the scenario, and the processes that run several vehicles."""
         self._size = scenario.fleet.size
         self._period_ns = scenario.period_ns
         self._ring_length_m = scenario.ring_length_m
         self._transmitters = FaultyTransmitters(scenario)
         self._transmission = Transmission(scenario)
-        self.air = Air(self._size)
+        self.air = Air(self._size, shared)
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why a message is refused, or None.

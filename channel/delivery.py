@@ -3,36 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.flat import FlatEncoder
-from zenvoy.bus.packed import encode_bytes, tag, varint
+from zenvoy.bus.deliveries import Delivery
 from zenvoy.bus.topics import RECEIVE
+from zenvoy.bus.vehicle_processes import VehicleProcess
 
 Ints = NDArray[np.int64]
-
-_HEAD: Final = FlatEncoder(pb.Receive.DESCRIPTOR, leave_out=("source", "arrived_ns", "beacon"))
-_SOURCE: Final = tag(pb.Receive.SOURCE_FIELD_NUMBER, 2)
-_ARRIVED: Final = tag(pb.Receive.ARRIVED_NS_FIELD_NUMBER, 2)
-_BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
 
 
 class Air:
     """The frames in flight to a fleet of `size` vehicles.
 
-    A receive is assembled from encoded pieces: each beacon is encoded once, not once for each
-    receiver, and the columns are slices of arrays.
+    `shared` are the processes that run several vehicles: each gets one delivery for all of them.
     """
 
-    def __init__(self, size: int) -> None:
+    def __init__(self, size: int, shared: Sequence[VehicleProcess] = ()) -> None:
         self._vehicles = range(1, size + 1)
-        # Encoded beacons by number of the frame, from the oldest that is still in flight.
+        self._shared = shared
+        self._process = np.full(size + 1, -1)  # by vehicle: its place among them
+        for number, process in enumerate(shared):
+            self._process[[*process.vehicles]] = number
+        # Beacons and their senders by number of the frame, from the oldest that is in flight.
         self._beacons = np.zeros(0, dtype=np.object_)
+        self._senders = np.zeros(0, dtype=np.int64)
         self._first_number = 0
         # A row per frame and receiver: number and source of the frame, destination, arrival (ns).
         self._number, self._source, self._destination, self._arrived_ns = (
@@ -49,9 +46,10 @@ class Air:
         """
         first = self._first_number + len(self._beacons)
         senders = sorted(payloads)  # the numbers of frames must not depend on the order of arrival
-        encoded = np.empty(len(senders), dtype=np.object_)
-        encoded[:] = [encode_bytes(_BEACON, payloads[vehicle]) for vehicle in senders]
-        self._beacons = np.concatenate([self._beacons, encoded])
+        beacons = np.empty(len(senders), dtype=np.object_)
+        beacons[:] = [payloads[vehicle] for vehicle in senders]
+        self._beacons = np.concatenate([self._beacons, beacons])
+        self._senders = np.concatenate([self._senders, np.array(senders, dtype=np.int64)])
         comes = arrived_ns >= 0
         numbers = np.zeros(len(self._vehicles) + 1, dtype=np.int64)
         numbers[senders] = first + np.arange(len(senders))
@@ -105,32 +103,34 @@ class Air:
     ) -> list[Envelope]:
         """Return a receive for each of `vehicles`, in order, with its own of the rows due.
 
-        Its time is `time_ns`, or, if that is None, the arrival of its last frame.
+        Those of a shared process are one message. The time of a receive is `time_ns`, or, if that
+        is None, the arrival of its last frame.
         """
-        bounds = np.searchsorted(self._destination[due], [*vehicles, len(self._vehicles) + 1])
-        source = self._source[due].astype("<u4").tobytes()
-        arrived_ns = self._arrived_ns[due]
-        arrived = arrived_ns.astype("<i8").tobytes()
-        beacons = self._beacons[self._number[due] - self._first_number].tolist()
-        receives = []
-        spans = zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)
-        for vehicle, (start, end) in zip(vehicles, spans, strict=True):
-            pieces = (
-                _HEAD.encode(
-                    cycle=cycle,
-                    time_ns=arrived_ns[end - 1] if time_ns is None else time_ns,
-                    vehicle=vehicle,
-                ),
-                _SOURCE,
-                varint(4 * (end - start)),
-                source[4 * start : 4 * end],
-                _ARRIVED,
-                varint(8 * (end - start)),
-                arrived[8 * start : 8 * end],
-                *beacons[start:end],
-            )
-            receives.append(Envelope(RECEIVE, vehicle, b"".join(pieces)))
-        return receives
+        ends = np.searchsorted(self._destination[due], vehicles, side="right")
+        arrived_ns, beacon = self._arrived_ns[due], self._number[due] - self._first_number
+        receivers = np.array(vehicles)
+        times_ns = arrived_ns[ends - 1] if time_ns is None else np.full(len(vehicles), time_ns)
+        whole = Delivery(
+            cycle=cycle,
+            vehicle=receivers,
+            time_ns=times_ns,
+            ends=ends,
+            arrived_ns=arrived_ns,
+            beacon=beacon,
+            source=self._senders,
+            beacons=self._beacons.tolist(),
+        )
+        if not self._shared:
+            return [Envelope(RECEIVE, vehicle, one) for vehicle, one in whole.receives()]
+        process = self._process[receivers]
+        found = []
+        for number in np.unique(process[process >= 0]).tolist():
+            rows = np.flatnonzero(process == number)
+            first = self._shared[number].vehicles[0]
+            part = whole.of(rows)
+            found.append(Envelope(RECEIVE, first, part.encode(), bundled=True))
+        alone = whole.of(np.flatnonzero(process < 0))
+        return found + [Envelope(RECEIVE, vehicle, one) for vehicle, one in alone.receives()]
 
     def _forget(self, landed: Ints) -> None:
         """Drop the rows that were delivered, and the beacons that no row needs any more."""
@@ -141,4 +141,5 @@ class Air:
         end = self._first_number + len(self._beacons)
         oldest = int(self._number.min(initial=end))
         self._beacons = self._beacons[oldest - self._first_number :]
+        self._senders = self._senders[oldest - self._first_number :]
         self._first_number = oldest

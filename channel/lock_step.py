@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from zenvoy.bus import messages_pb2 as pb
@@ -9,6 +10,7 @@ from zenvoy.bus.agent import Barrier, Envelope, Inbox
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.agent import Channel
 from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario, attendance
@@ -26,8 +28,8 @@ class LockStepChannel:
     name = "channel"
     vehicles = ()
 
-    def __init__(self, scenario: Scenario) -> None:
-        self._core = Channel(scenario)
+    def __init__(self, scenario: Scenario, shared: Sequence[VehicleProcess] = ()) -> None:
+        self._core = Channel(scenario, shared)
         self._cycles = scenario.cycles
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._attendance = attendance(scenario)

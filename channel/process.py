@@ -15,9 +15,10 @@ def run_channel(scenario: Scenario, wiring: Wiring) -> None:
 
     Raises BusError.
     """
+    shared = wiring.shared_processes
     if scenario.clock == "realtime":
-        with RealtimeBus(RealtimeChannel(scenario), wiring, scenario.speed) as bus:
+        with RealtimeBus(RealtimeChannel(scenario, shared), wiring, scenario.speed) as bus:
             bus.run()
         return
-    with ZenohBus(LockStepChannel(scenario), wiring) as bus:
+    with ZenohBus(LockStepChannel(scenario, shared), wiring) as bus:
         bus.run()

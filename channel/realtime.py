@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -9,6 +10,7 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.realtime import Post
 from zenvoy.bus.refusals import STALE
 from zenvoy.bus.topics import POSITIONS, Topic
+from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.agent import Channel
 from zenvoy.channel.gathering import Gathering
 from zenvoy.channel.sent import Sent
@@ -33,8 +35,8 @@ class RealtimeChannel:
     sends_together = False
     may_wait: frozenset[Topic[Any]] = frozenset()
 
-    def __init__(self, scenario: Scenario) -> None:
-        self._core = Channel(scenario)
+    def __init__(self, scenario: Scenario, shared: Sequence[VehicleProcess] = ()) -> None:
+        self._core = Channel(scenario, shared)
         self._gathering = Gathering(scenario, self._core.least_latency_ns)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
         self._window_ns = round(_WINDOW_NS * scenario.speed)

@@ -54,7 +54,7 @@ class VirtualBus:
         ]
 
     def _send(self, envelope: Envelope, now_ns: int) -> None:
-        topic, vehicle, payload, time_ns = envelope
+        topic, vehicle, payload, time_ns, _ = envelope
         if topic.logged_as is not None:
             self.logged.append((topic.logged_as, time_ns, payload))
         for agent in self._agents:
@@ -67,7 +67,7 @@ class VirtualBus:
     def _hand_over(self, which: tuple[int, int], now_ns: int) -> None:
         entry = next(entry for entry in self._on_the_way if entry[:2] == which)
         self._on_the_way.remove(entry)
-        *_, agent, (topic, vehicle, payload, _) = entry
+        *_, agent, (topic, vehicle, payload, *_) = entry
         post = Post(topic, vehicle, topic.decode(payload), payload, now_ns)
         self.refused += agent.take_in(post) is not None
 

@@ -62,7 +62,7 @@ def recorded_run() -> tuple[Scenario, dict[str, Recorded]]:
     fleet = [Party(agent) for agent in agents_of(scenario)]
     news = [envelope for party in fleet for envelope in party.proceed()]
     while news:
-        topic, vehicle, payload, _ = news.pop(0)
+        topic, vehicle, payload, *_ = news.pop(0)
         for party in fleet:
             if party.reads(topic, vehicle):
                 cycle = topic.decode(payload).cycle
@@ -129,7 +129,7 @@ class AttackedBus(VirtualBus):
 
     def _hand_over(self, which: tuple[int, int], now_ns: int) -> None:
         entry = next(entry for entry in self._on_the_way if entry[:2] == which)
-        *_, (topic, vehicle, payload, _) = entry
+        *_, (topic, vehicle, payload, *_) = entry
         super()._hand_over(which, now_ns)
         self._mutator.see(Seen(topic, vehicle, payload, topic.decode(payload).cycle))
         for mutant in self._mutator.mutants(3):

@@ -24,6 +24,7 @@ from zenvoy.bus.mailbox import WINDOW
 
 ALONE: Final = ("vehicle-01", "vehicle-02", "vehicle-03")
 TOGETHER: Final = ("vehicles-01-02", "vehicle-03")
+AS_ARRAYS: Final = ("vehicles-01-03",)
 
 
 def under_attack(
@@ -33,7 +34,7 @@ def under_attack(
     folder.mkdir()
     (folder / "s.yaml").write_text(scenario)
     arguments = [str(folder / "s.yaml"), str(folder / "out"), "200"]
-    arguments.append("1" if vehicles == ALONE else "2")
+    arguments.append(str(4 - len(vehicles)))
     ended = subprocess.run(
         [sys.executable, "-m", "tests.attack", *arguments],
         cwd=Path(__file__).parents[2],
@@ -64,7 +65,7 @@ def refused(name: str, text: str) -> Counter[str]:
     return counts
 
 
-@pytest.mark.parametrize("vehicles", [ALONE, TOGETHER], ids=["alone", "together"])
+@pytest.mark.parametrize("vehicles", [ALONE, AS_ARRAYS], ids=["alone", "as arrays"])
 def test_a_run_in_lock_step_keeps_its_fingerprint(
     tmp_path: Path, vehicles: tuple[str, ...]
 ) -> None:
@@ -76,14 +77,10 @@ def test_a_run_in_lock_step_keeps_its_fingerprint(
     assert sum(map(Counter.total, counts.values())) >= 100_000
     for name, reasons in counts.items():
         assert reasons.total() >= 5_000, name
-        assert reasons.keys() >= {
-            "malformed",
-            "foreign",
-            "stale",
-            "early",
-            "duplicate",
-            "mistimed",
-        }, name
+        expected = {"malformed", "foreign", "stale", "early", "duplicate", "mistimed"}
+        if name in AS_ARRAYS:  # a message is for all of its vehicles, and a mutant for one
+            expected -= {"duplicate", "mistimed"}
+        assert reasons.keys() >= expected, name
 
 
 @pytest.mark.parametrize("vehicles", [ALONE, TOGETHER], ids=["alone", "together"])

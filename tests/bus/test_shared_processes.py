@@ -14,10 +14,9 @@ from tests.conftest import Log, command, read_log, run, wait_until, zenvoy
 from tests.virtual_time import Logged, VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent
-from zenvoy.bus.bundles import Bundle, pack, unpack
+from zenvoy.bus.bundles import pack, unpack
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.in_process import InProcessBus
-from zenvoy.bus.parts import MAX_PAYLOAD_BYTES
 from zenvoy.bus.realtime import RealtimeAgent
 from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
@@ -141,7 +140,8 @@ def test_agents_together_are_agents_alone(tmp_path: Path, text: str, per_process
         assert topic.logged_as is not None
         logged.append((topic.logged_as, time_ns, payload))
 
-    agents: list[Agent] = [LockStepWorld(settings), LockStepChannel(settings)]
+    shared = [process for process in placed if process.is_shared]
+    agents: list[Agent] = [LockStepWorld(settings), LockStepChannel(settings, shared)]
     agents += [LockStepVehicles(settings, process) for process in placed]
     InProcessBus(agents, log).run()
     assert logged == in_lock_step(settings)
@@ -175,28 +175,6 @@ def test_processes_of_several_give_the_same_bits(tmp_path: Path) -> None:
         logs = list((folder / "out" / "logs").iterdir())
         assert f"{name}.log" in {file.name for file in logs}
         assert [file.name for file in logs if file.read_text()] == []  # nothing was refused
-
-
-@given(st.lists(st.integers(0, 70_000), min_size=1, max_size=8))
-def test_a_bundle_fills_one_message(sizes: list[int]) -> None:
-    bundle = Bundle()
-    for vehicle, size in enumerate(sizes, 1):
-        payload = bytes(size)
-        if not bundle.has_room(payload):
-            packed = bundle.pack()
-            assert len(bundle) == 0
-            assert len(packed) + size > MAX_PAYLOAD_BYTES - 200  # it was nearly full
-        bundle.add(vehicle, payload)
-        several = len(bundle) > 1
-        assert not several or len(bundle_of(bundle)) <= MAX_PAYLOAD_BYTES
-
-
-def bundle_of(bundle: Bundle) -> bytes:
-    """Return what the bundle would pack, and leave the bundle as it is."""
-    packed = bundle.pack()
-    for vehicle, payload in unpack(packed):
-        bundle.add(vehicle, payload)
-    return packed
 
 
 def test_a_bundle_that_is_too_large_goes_in_several_messages(tmp_path: Path) -> None:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.deliveries import Delivery
+from zenvoy.bus.refusals import ABSURD, FOREIGN, MISTIMED
 from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.beacons import Beacons, Link
 from zenvoy.vehicles.arrays.plans import Plan
-from zenvoy.vehicles.arrays.rows import Bools
+from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
+from zenvoy.vehicles.arrays.sending import Form, table_of
 from zenvoy.vehicles.arrays.timing import Timing
 from zenvoy.vehicles.control import reports_commands
-from zenvoy.vehicles.received import ReceivedBeacon, beacon_in
+
+_READ = ("position", "speed", "acceleration", "ahead_gap", "ahead_speed", "commanded_acceleration")
 
 
 class Heard(NamedTuple):
@@ -25,6 +29,33 @@ class Heard(NamedTuple):
     cycle: int
     to: Bools
     beacons: Beacons
+
+
+class Said(NamedTuple):
+    """What some beacons say.
+
+    sender is an index in the fleet, cycle that of the beacon. numbers has a row for each of _READ
+    and for each entry of a plan. bare says whether a plan has only its first entry.
+    """
+
+    sender: Ints
+    cycle: Ints
+    numbers: Floats
+    bare: Bools
+
+
+class Frames(NamedTuple):
+    """The frames on the links of a delivery, and why they are refused, or None.
+
+    receiver, link and beacon have an entry per frame and link, with indices.
+    """
+
+    cycle: int
+    receiver: Ints
+    link: Ints
+    beacon: Ints
+    said: Said | None
+    fault: str | None = None
 
 
 class Hearing:
@@ -38,92 +69,112 @@ class Hearing:
         self, scenario: Scenario, timing: Timing, links: Sequence[Link], vehicles: Sequence[int]
     ) -> None:
         self._timing, self._size = timing, scenario.fleet.size
-        self._links = links
+        self._links, self._vehicles = links, np.array(vehicles)
+        self._senders = np.array([link.sender for link in links]) + 1
         self._first = 0 if scenario.ring_length_m is not None else 1  # it has no radar reading
         self._commands = reports_commands(scenario)
-        self._count = len(vehicles)
-        self._slots: dict[int, dict[int, list[int]]] = {vehicle: {} for vehicle in vehicles}
-        for number, link in enumerate(links):
-            for vehicle, sender in zip(vehicles, link.sender.tolist(), strict=True):
-                if sender >= 0:
-                    self._slots[vehicle].setdefault(sender + 1, []).append(number)
+        forms = [
+            Form(radar, entries, self._commands)
+            for radar in (False, True)
+            for entries in range(1, timing.lag + 1)
+        ]
+        self._forms = {table_of(form).size: form for form in forms}
 
-    def understands(self, receive: pb.Receive, time_ns: int) -> bool:
-        """Return whether all frames on the links make sense, and were sent by `time_ns`."""
-        uses, payloads = self._slots[receive.vehicle], receive.beacon
-        for row, source in enumerate(receive.source[:]):
-            if source in uses:
-                beacon = beacon_in(payloads[row])
-                if beacon is None or beacon.time_ns > time_ns or not self._fits(source, beacon):
-                    return False
-        return True
+    def read(self, delivery: Delivery) -> Frames:
+        """Return the frames on the links; a fault says why they are all refused."""
+        start_ns = delivery.cycle * self._timing.period_ns
+        fault = None
+        if not np.array_equal(delivery.vehicle, self._vehicles):
+            fault = FOREIGN
+        elif (delivery.time_ns != start_ns + self._timing.wait_ns).any():
+            fault = MISTIMED
+        if fault is not None:
+            nothing = np.zeros(0, np.int64)
+            return Frames(delivery.cycle, nothing, nothing, nothing, None, fault)
+        counts = np.diff(delivery.ends, prepend=0)
+        receiver = np.repeat(np.arange(len(counts)), counts)
+        hits = delivery.source[delivery.beacon] == self._senders[:, receiver]
+        link, row = np.nonzero(hits)
+        used, beacon = np.unique(delivery.beacon[row], return_inverse=True)
+        payloads = [delivery.beacons[one] for one in used.tolist()]
+        said = self._said(payloads, delivery.source[used], start_ns)
+        fault = ABSURD if said is None else None
+        return Frames(delivery.cycle, receiver[row], link, beacon, said, fault)
 
-    def take_in(self, received: Sequence[pb.Receive]) -> Iterator[Heard]:
-        """Yield what the links deliver, the oldest beacons first.
-
-        received: for each vehicle, in order.
-        """
-        beacons: dict[int, dict[int, ReceivedBeacon]] = {}
-        heard: dict[int, Bools] = {}
-        period_ns = self._timing.period_ns
-        for at, receive in enumerate(received):
-            uses, payloads = self._slots[receive.vehicle], receive.beacon
-            for row, source in enumerate(receive.source[:]):
-                numbers = uses.get(source)
-                if numbers is None:
-                    continue
-                beacon = beacon_in(payloads[row])
-                assert beacon is not None
-                cycle = beacon.time_ns // period_ns
-                if cycle not in beacons:
-                    beacons[cycle] = {}
-                    heard[cycle] = np.zeros((len(self._links), self._count), dtype=np.bool_)
-                beacons[cycle][source] = beacon
-                for number in numbers:
-                    heard[cycle][number, at] = True
-        for cycle in sorted(beacons):
-            sent = self._together(cycle, beacons[cycle])
+    def take_in(self, frames: Frames) -> Iterator[Heard]:
+        """Yield what the links deliver, the oldest beacons first."""
+        said = frames.said
+        assert said is not None
+        of_frame = said.cycle[frames.beacon]
+        for cycle in np.unique(said.cycle).tolist():
+            beacons = self._of_fleet(said, np.flatnonzero(said.cycle == cycle))
+            heard = np.zeros((len(self._links), len(self._vehicles)), dtype=np.bool_)
+            some = np.flatnonzero(of_frame == cycle)
+            heard[frames.link[some], frames.receiver[some]] = True
             for number, link in enumerate(self._links):
-                yield Heard(link, cycle, heard[cycle][number], sent)
+                yield Heard(link, cycle, heard[number], beacons)
 
-    def _fits(self, source: int, beacon: ReceivedBeacon) -> bool:
-        """Return whether a vehicle of this project may have sent a beacon."""
-        cycle, since_ns = divmod(beacon.time_ns, self._timing.period_ns)
-        if beacon.vehicle != source or since_ns or beacon.report is not None:
+    def _said(self, payloads: Sequence[bytes], source: Ints, until_ns: int) -> Said | None:
+        """Return what beacons say, which were sent by `until_ns`; None if any makes no sense."""
+        count, lag = len(payloads), self._timing.lag
+        numbers = np.full((len(_READ) + lag, count), NAN)
+        plan = numbers[len(_READ) :]
+        cycle, bare = np.zeros(count, np.int64), np.zeros(count, np.bool_)
+        sizes = np.fromiter(map(len, payloads), np.int64, count)
+        for size in np.unique(sizes).tolist():
+            which = np.flatnonzero(sizes == size)
+            form = self._forms.get(size)
+            if form is None:
+                return None
+            read = table_of(form).decode([payloads[one] for one in which.tolist()])
+            if read is None or not self._makes_sense(form, read, source[which], until_ns):
+                return None
+            for at, name in enumerate(_READ):
+                if name in _names(read):
+                    numbers[at, which] = read[name]
+            cycle[which] = read["time_ns"] // self._timing.period_ns
+            bare[which] = form.entries == 1
+            # The only entry counts from the start; before cycle 0 nobody commanded anything.
+            first = 0 if form.entries == 1 else lag - form.entries
+            plan[:, which] = 0.0
+            plan[first : first + form.entries, which] = read["planned_acceleration"].T
+        return Said(source - 1, cycle, numbers, bare)
+
+    def _makes_sense(self, form: Form, read: NDArray[Any], source: Ints, until_ns: int) -> bool:
+        """Return whether vehicles of this project may have sent these beacons by `until_ns`."""
+        time_ns, timing = read["time_ns"], self._timing
+        cycle, since_ns = np.divmod(time_ns, timing.period_ns)
+        if not np.array_equal(read["vehicle"], source) or since_ns.any():
             return False
-        if (beacon.radar is None) != (source == self._first):
+        if (time_ns > until_ns).any() or ((source != self._first) != form.radar).any():
             return False
-        if (beacon.command is None) == self._commands:
+        numbers = [read[name] for name in _READ if name in _names(read)]
+        if not all(np.isfinite(one).all() for one in (*numbers, read["planned_acceleration"])):
             return False
-        known = min(cycle + 1, self._timing.lag)
-        from_ns = tuple(time_ns - beacon.time_ns for time_ns in beacon.planned_from_ns)
-        if from_ns == (0,):
+        starts_ns = np.array(timing.starts_of(form.entries))
+        planned_ns = read["planned_from_ns"].reshape(len(read), -1)
+        if (planned_ns != time_ns[:, None] + starts_ns).any():
+            return False
+        if form.entries == 1:
             return True
         # Before the first command is in force, nothing is.
-        idle = cycle >= self._timing.lag or beacon.planned_acceleration[:1] == (0.0,)
-        return idle and from_ns == self._timing.starts_of(known)
+        idle = (cycle >= timing.lag) | (read["planned_acceleration"][:, 0] == 0.0)
+        return bool(idle.all() and (np.minimum(cycle + 1, timing.lag) == form.entries).all())
 
-    def _together(self, cycle: int, heard: Mapping[int, ReceivedBeacon]) -> Beacons:
-        """Return the beacons of a cycle by vehicle of the fleet; those not heard are NaN."""
-        index = np.fromiter(heard, np.int64, len(heard)) - 1
-        lag = self._timing.lag
-        nothing = (NAN, NAN)
-        rows = []
-        for one in heard.values():
-            plan = one.planned_acceleration
-            values = (0.0,) * (lag - len(plan)) + plan
-            if len(plan) == 1:  # the only one counts from now on
-                values = plan + (0.0,) * (lag - 1)
-            read = (one.position, one.speed, one.acceleration, *(one.radar or nothing))
-            rows.append((*read, NAN if one.command is None else one.command, *values))
-        table = np.full((6 + lag, self._size), NAN)
-        table[:, index] = np.array(rows).T
+    def _of_fleet(self, said: Said, which: Ints) -> Beacons:
+        """Return some beacons, all of one cycle, by vehicle of the fleet; the others are NaN."""
+        table = np.full((len(said.numbers), self._size), NAN)
+        sender = said.sender[which]
+        table[:, sender] = said.numbers[:, which]
         bare = None
-        if lag > 1:
+        if self._timing.lag > 1 and said.bare[which].any():
             bare = np.zeros(self._size, dtype=np.bool_)
-            bare[index] = [len(one.planned_acceleration) == 1 for one in heard.values()]
-            bare = bare if bare.any() else None
-        plans = Plan(tuple(table[6:]), bare)
-        position, speed, acceleration, gap, relative_speed, command = table[:6]
+            bare[sender] = said.bare[which]
+        position, speed, acceleration, gap, relative_speed, command = table[: len(_READ)]
         read = position, speed, acceleration, gap, relative_speed
-        return Beacons(*read, plans, command if self._commands else None)
+        plan = Plan(tuple(table[len(_READ) :]), bare)
+        return Beacons(*read, plan, command if self._commands else None)
+
+
+def _names(read: NDArray[Any]) -> tuple[str, ...]:
+    return read.dtype.names or ()

@@ -32,7 +32,7 @@ _COMMAND: Final = FlatTable(COMMAND.pieces)
 _NEIGHBOURS: Final = FlatTable(NEIGHBOURS.pieces)
 
 
-class _Form(NamedTuple):
+class Form(NamedTuple):
     """What a beacon has besides its readings: a radar reading, entries of a plan, a command."""
 
     radar: bool
@@ -63,7 +63,7 @@ class Sending:
             for count in {1, known}:
                 rows = np.flatnonzero(speaks & (self._radar == radar) & (entries == count))
                 if rows.size:
-                    form = _Form(radar, count, sent.command is not None)
+                    form = Form(radar, count, sent.command is not None)
                     payloads = self._of_form(form, rows, cycle, sent, sequence)
                     for row, payload in zip(rows.tolist(), payloads, strict=True):
                         found[row] = payload
@@ -72,7 +72,7 @@ class Sending:
         return found
 
     def _of_form(
-        self, form: _Form, rows: Ints, cycle: int, sent: Beacons, sequence: Ints
+        self, form: Form, rows: Ints, cycle: int, sent: Beacons, sequence: Ints
     ) -> list[bytes]:
         """Return the beacons of vehicles that all have one form."""
         timing = self._timing
@@ -93,7 +93,7 @@ class Sending:
         }
         some = {name: column[rows] for name, column in columns.items() if column is not None}
         from_ns = [time_ns + start_ns for start_ns in starts_ns]
-        table = _table_of(form)
+        table = table_of(form)
         return table.encode(
             rows.size, cycle=cycle, time_ns=time_ns, planned_from_ns=from_ns, **some
         )
@@ -121,7 +121,8 @@ class Sending:
 
 
 @cache
-def _table_of(form: _Form) -> FlatTable:
+def table_of(form: Form) -> FlatTable:
+    """Return the table of beacons of a form."""
     pieces = [*(BEACON if form.radar else BEACON_OF_FIRST).pieces]
     pieces += [PLANNED_FROM.piece(form.entries), PLANNED.piece(form.entries)]
     return FlatTable([*pieces, *(COMMANDED.pieces if form.command else ())])
