@@ -19,6 +19,7 @@ from zenvoy.bus.topics import (
     host_key,
     processes_key,
     scenario_key,
+    time_key,
     vehicle_name,
 )
 from zenvoy.bus.vehicle_processes import VehicleProcess
@@ -149,9 +150,9 @@ def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]
     tokens += [host_key(run, name) for name in names]
     everyone, world = [alive_key(run)], [alive_key(run, "world")]
     sees = everyone if member.role in SERVERS else world
-    if is_world:
+    if member.role in SERVERS:
         sees = [*everyone, host_key(run)]
-    state = [scenario_key(run), processes_key(run), about_key()]
+    state = [scenario_key(run), processes_key(run), time_key(run), about_key()]
     asks, answers = (state, []) if is_vehicle else ([], state if is_world else [])
     readers = [topic.keys(run) for topic in writes]
     granted = (

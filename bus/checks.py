@@ -108,7 +108,8 @@ def fault_in_timing(timing: pb.Timing, size: int) -> str | None:
     rows = len(timing.source)
     if len(timing.arrived_ns) != rows or len(timing.came_ns) != rows:
         return MALFORMED
-    return None if all(1 <= source <= size for source in timing.source) else ABSURD
+    makes_sense = timing.clock_error_ns >= 0
+    return None if makes_sense and all(1 <= one <= size for one in timing.source) else ABSURD
 
 
 def table_of(links: pb.Links, size: int, time_ns: int) -> FrameTable:

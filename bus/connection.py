@@ -41,6 +41,8 @@ class Wiring:
     doors: Doors | None = None  # for TLS endpoints
     router: bool = False  # whether it connects to a Zenoh router, and nobody listens
     patient: bool = False  # whether it waits for the others without a limit before it begins
+    far: bool = False  # whether the world runs on another machine, with another clock
+    clock_error_ns: int = 0  # in real time: how far the clocks of other machines may be off
 
 
 class Connection(ABC):

@@ -9,8 +9,10 @@ from typing import Any, Final, NamedTuple
 import zenoh
 
 from zenvoy.bus.clock import wall_ns
+from zenvoy.bus.clock_bounds import Offset
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, RouterError
+from zenvoy.bus.far_clock import measured
 from zenvoy.bus.querying import Answer, answer, reply_to
 from zenvoy.bus.runs import offer_about, the_run
 from zenvoy.bus.session import open_session
@@ -30,13 +32,14 @@ class RunState(NamedTuple):
     """The state of a run: its name, its effective scenario, as JSON, and its processes.
 
     present: names of the running processes. shared: vehicles of each shared process, whether
-    it is running or not.
+    it is running or not. clock: the offset of the world's clock, if the run is in real time.
     """
 
     run: str
     scenario: bytes
     present: frozenset[str]
     shared: dict[str, list[int]]
+    clock: Offset | None = None
 
 
 def _ignore(_process: str, _host: str, _there: bool) -> None:
@@ -111,15 +114,25 @@ def ask(
         run = the_run(session, deadline_ns) if run is None else run
         scenario = None if run is None else reply_to(session, scenario_key(run), deadline_ns)
         processes = None if run is None else reply_to(session, processes_key(run), deadline_ns)
+        clock = None
+        if run is not None and scenario is not None and _is_in_real_time(scenario):
+            clock = measured(session, run, limit_s)
     if run is None or scenario is None or processes is None:
         hint = _HINT if any(endpoint.startswith("tls/") for endpoint in connect) else ""
         raise NoAnswerError(f"no answer within {limit_s:g} s from {', '.join(connect)}{hint}")
     try:
-        return _state(run, scenario, json.loads(processes))
+        return _state(run, scenario, json.loads(processes))._replace(clock=clock)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise NoAnswerError(
             f"the answer from {', '.join(connect)} is not that of a run of Zenvoy"
         ) from error
+
+
+def _is_in_real_time(scenario: bytes) -> bool:
+    try:
+        return bool(json.loads(scenario).get("clock") == "realtime")
+    except (ValueError, AttributeError, RecursionError):
+        return False  # the reader of the scenario says what is wrong
 
 
 def _state(run: str, scenario: bytes, answer: Any) -> RunState:

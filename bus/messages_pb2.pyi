@@ -522,10 +522,17 @@ class Timing(_message.Message):
     SOURCE_FIELD_NUMBER: _builtins.int
     ARRIVED_NS_FIELD_NUMBER: _builtins.int
     CAME_NS_FIELD_NUMBER: _builtins.int
+    CLOCK_OFFSET_NS_FIELD_NUMBER: _builtins.int
+    CLOCK_ERROR_NS_FIELD_NUMBER: _builtins.int
     sensed_ns: _builtins.int
     """when the sense of the cycle arrived; due at the cycle's start"""
     decided_ns: _builtins.int
     """when it decided; due at time_ns of the command"""
+    clock_offset_ns: _builtins.int
+    """If world and channel run on another machine: how far its CLOCK_MONOTONIC is ahead of the own one,
+    and by how much this may be wrong, ns of wall time.
+    """
+    clock_error_ns: _builtins.int
     @_builtins.property
     def source(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
         """of each frame that arrived since the last command"""
@@ -546,10 +553,12 @@ class Timing(_message.Message):
         source: _abc.Iterable[_builtins.int] | None = ...,
         arrived_ns: _abc.Iterable[_builtins.int] | None = ...,
         came_ns: _abc.Iterable[_builtins.int] | None = ...,
+        clock_offset_ns: _builtins.int = ...,
+        clock_error_ns: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "came_ns", b"came_ns", "decided_ns", b"decided_ns", "sensed_ns", b"sensed_ns", "source", b"source"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "came_ns", b"came_ns", "clock_error_ns", b"clock_error_ns", "clock_offset_ns", b"clock_offset_ns", "decided_ns", b"decided_ns", "sensed_ns", b"sensed_ns", "source", b"source"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -682,6 +691,8 @@ class RealTime(_message.Message):
     DESTINATION_FIELD_NUMBER: _builtins.int
     ARRIVED_NS_FIELD_NUMBER: _builtins.int
     CAME_NS_FIELD_NUMBER: _builtins.int
+    CLOCK_OFFSET_NS_FIELD_NUMBER: _builtins.int
+    CLOCK_ERROR_NS_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     began_ns: _builtins.int
@@ -716,6 +727,12 @@ class RealTime(_message.Message):
     def came_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
         """when it arrived"""
 
+    @_builtins.property
+    def clock_offset_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]:
+        """In order of vehicle, as in Timing; absent if all run on one machine. An error of -1: unknown."""
+
+    @_builtins.property
+    def clock_error_ns(self) -> _containers.RepeatedScalarFieldContainer[_builtins.int]: ...
     def __init__(
         self,
         *,
@@ -730,10 +747,12 @@ class RealTime(_message.Message):
         destination: _abc.Iterable[_builtins.int] | None = ...,
         arrived_ns: _abc.Iterable[_builtins.int] | None = ...,
         came_ns: _abc.Iterable[_builtins.int] | None = ...,
+        clock_offset_ns: _abc.Iterable[_builtins.int] | None = ...,
+        clock_error_ns: _abc.Iterable[_builtins.int] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "began_ns", b"began_ns", "came_ns", b"came_ns", "commanded_ns", b"commanded_ns", "cycle", b"cycle", "deadline_ns", b"deadline_ns", "decided_ns", b"decided_ns", "destination", b"destination", "sensed_ns", b"sensed_ns", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["arrived_ns", b"arrived_ns", "began_ns", b"began_ns", "came_ns", b"came_ns", "clock_error_ns", b"clock_error_ns", "clock_offset_ns", b"clock_offset_ns", "commanded_ns", b"commanded_ns", "cycle", b"cycle", "deadline_ns", b"deadline_ns", "decided_ns", b"decided_ns", "destination", b"destination", "sensed_ns", b"sensed_ns", "source", b"source", "time_ns", b"time_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

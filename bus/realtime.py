@@ -7,19 +7,22 @@ the process reads it later.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from queue import Empty
 from typing import Any, Final, NamedTuple, Protocol
 
 import zenoh
 
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
+from zenvoy.bus.clock_bounds import Offset
 from zenvoy.bus.connection import Connection, Wiring
 from zenvoy.bus.errors import PayloadError, StalledError
+from zenvoy.bus.far_clock import FarClock, measured
 from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW
-from zenvoy.bus.topics import Topic
+from zenvoy.bus.topics import COMMAND, Topic
 
 _FOR_EVER_S: Final = 1e9
 _WAIT_S: Final = 0.5
@@ -64,13 +67,13 @@ class RealtimeAgent(Participant, Protocol):
         """Do what is due, and return what it sends, in order."""
 
 
-def admit(agent: RealtimeAgent, post: Post) -> str | None:
+def admit(agent: RealtimeAgent, post: Post, early_ns: int = _ROUNDING_NS) -> str | None:
     """Hand an agent a message that has passed the checks; return the reason if it is refused.
 
     A message with a time in the future is refused: after it, the agent would treat all earlier ones
-    as stale.
+    as stale. `early_ns` is how far before its own time a message may arrive.
     """
-    if post.message.time_ns > post.came_ns + _ROUNDING_NS:
+    if post.message.time_ns > post.came_ns + early_ns:
         return EARLY
     return agent.take_in(post)
 
@@ -94,6 +97,11 @@ class RealtimeBus(Connection):
         super().__init__(agent, wiring, log)
         self._agent = agent
         self._speed = speed
+        # A message may seem to arrive early by the errors of clocks.
+        self._early_ns = _ROUNDING_NS + wiring.clock_error_ns
+        self._start_ns: int | None = None  # time 0 on the world's clock
+        self._far: FarClock | None = None
+        self._offset = Offset(0, 0)  # of the world's clock
         self._wall: WallTime | None = None
         self._came = Arrivals[_Sample]()
         self._next: _Sample | None = None
@@ -104,8 +112,48 @@ class RealtimeBus(Connection):
 
         Only the process that sets the time, the world, calls this.
         """
-        self._wall = WallTime(wall_ns() + _LEAD_NS, self._speed)
-        return self._wall.start_ns
+        start_ns = wall_ns() + _LEAD_NS
+        self._set_start(start_ns)
+        return start_ns
+
+    def _set_start(self, start_ns: int) -> WallTime:
+        """Set time 0, given on the world's clock, and return it on the own one."""
+        self._start_ns = start_ns
+        self._wall = WallTime(start_ns - self._offset.ns, self._speed)
+        return self._wall
+
+    def _wait_for_tokens(self) -> None:
+        """Wait for the others, and begin to measure the clock of a world on another machine."""
+        super()._wait_for_tokens()
+        if not self._wiring.far:
+            return
+        limit_s = self._wiring.stall_limit_s or _FOR_EVER_S
+        run = self._wiring.run
+        first = self._watch.wait(lambda: measured(self.session, run, limit_s))
+        if first is None:
+            raise StalledError("the world does not tell its time", ("world",))
+        self._offset, self._far = first, FarClock(self.session, run)
+
+    def _keep_time(self) -> None:
+        """Follow the clock of a world on another machine."""
+        offset = None if self._far is None else self._far.offset()
+        if offset is not None:
+            self._offset = offset
+            if self._start_ns is not None:
+                self._set_start(self._start_ns)
+
+    def send(self, envelopes: Iterable[Envelope]) -> None:
+        """Send messages; commands also say how well this machine knows the world's clock."""
+        if self._far is not None:
+            timing = pb.Timing(
+                clock_offset_ns=self._offset.ns, clock_error_ns=self._offset.error_ns
+            )
+            more = pb.Command(timing=timing).SerializeToString()  # joins the timing that is there
+            envelopes = [
+                one._replace(payload=one.payload + more) if one.topic is COMMAND else one
+                for one in envelopes
+            ]
+        super().send(envelopes)
 
     @property
     def now_ns(self) -> int:
@@ -125,6 +173,7 @@ class RealtimeBus(Connection):
     def turn(self) -> None:
         """Wait for the next message or the next due time, whichever is first, and handle it."""
         agent = self._agent
+        self._keep_time()
         due_ns = agent.due_ns
         until_ns = None if due_ns is None or self._wall is None else self._wall.wall_ns(due_ns)
         sample = self._peek(until_ns)
@@ -163,6 +212,7 @@ class RealtimeBus(Connection):
         # Short waits: a request to end that arrives just before a wait is seen only after it, and a
         # process that was stopped past the limit still finds what has arrived in the meantime.
         for _ in range(math.ceil(limit_s / _WAIT_S)):
+            self._keep_time()
             try:
                 return self._came.get(wall_ns() + round(min(limit_s, _WAIT_S) * 1e9))
             except Empty:
@@ -188,24 +238,26 @@ class RealtimeBus(Connection):
         """Hand a message to the agent, now or once the start is known."""
         start_ns = getattr(post.message, "wall_start_ns", 0)
         if self._wall is None and start_ns and self._may_start(post, start_ns):
-            self._wall, early = WallTime(start_ns, self._speed), self._early.copy()
+            wall, early = self._set_start(start_ns), self._early.copy()
             self._early.clear()
             for one in early:
-                self._tell(one, self._wall)
+                self._tell(one, wall)
         if self._wall is None and not start_ns and len(self._early) < _MOST_EARLY:
             self._early.append(post)
-        elif self._wall is None or start_ns not in {0, self._wall.start_ns}:
+        elif self._wall is None or start_ns not in {0, self._start_ns}:
             self._refuse(MISTIMED, post)
         else:
             self._tell(post, self._wall)
 
     def _may_start(self, post: Post, start_ns: int) -> bool:
         """Return whether a message that sets time 0 arrived at about its own time."""
-        sent_ns = WallTime(start_ns, self._speed).wall_ns(post.message.time_ns)
-        return sent_ns - _ROUNDING_NS <= post.came_ns < sent_ns + _AT_ONCE_NS
+        start_here = WallTime(start_ns - self._offset.ns, self._speed)
+        sent_ns = start_here.wall_ns(post.message.time_ns)
+        return sent_ns - self._early_ns <= post.came_ns < sent_ns + _AT_ONCE_NS
 
     def _tell(self, post: Post, wall: WallTime) -> None:
-        reason = admit(self._agent, post._replace(came_ns=wall.time_ns(post.came_ns)))
+        there = post._replace(came_ns=wall.time_ns(post.came_ns))
+        reason = admit(self._agent, there, round(self._early_ns * max(1.0, self._speed)))
         if reason is not None:
             self._refuse(reason, post)
 

@@ -13,6 +13,7 @@ EARLY: Final = "early"  # its cycle cannot have begun
 DUPLICATE: Final = "duplicate"  # the first one counts
 MISTIMED: Final = "mistimed"  # its time is not that of its cycle
 ABSURD: Final = "absurd"  # its numbers make no sense, such as NaN or an unknown mode
+UNCLOCKED: Final = "unclocked"  # in real time: its machine knows the world's clock too badly
 OVERFLOW: Final = "overflow"  # in real time: more messages than the process can read
 
 # Reports about a program that sends rubbish must not fill the disk.

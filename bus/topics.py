@@ -145,6 +145,11 @@ def processes_key(run: str) -> str:
     return f"zenvoy/{run}/processes"
 
 
+def time_key(run: str) -> str:
+    """Return the key of the queryable for the time on the clock of the world's machine, ns."""
+    return f"zenvoy/{run}/time"
+
+
 def scenario_key(run: str) -> str:
     """Return the key of the queryable for the effective scenario, as JSON."""
     return f"zenvoy/{run}/scenario"

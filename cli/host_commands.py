@@ -17,10 +17,12 @@ from zenvoy.cli.options import (
     CertsOption,
     DurationOption,
     InsecureOption,
+    RealtimeOption,
     RouterOption,
     ScenarioArgument,
     SeedOption,
     SetOption,
+    SpeedOption,
     StrictOption,
     print_notes,
     scenario_of,
@@ -49,6 +51,8 @@ def serve(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the run [default: runs/<time>-<scenario>].")
     ] = None,
+    realtime: RealtimeOption = False,
+    speed: SpeedOption = None,
     per_process: Annotated[
         int,
         typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
@@ -62,9 +66,15 @@ def serve(
 
     The run begins when zenvoy join has brought all vehicles.
     """
-    loaded = scenario_of(scenario, overrides, seed, duration_s, allow_code=allow_code)
-    if loaded.scenario.clock == "realtime":
-        refuse("clock: realtime needs the clock of one machine; allowed: lock-step")
+    loaded = scenario_of(
+        scenario,
+        overrides,
+        seed,
+        duration_s,
+        clock="realtime" if realtime else None,
+        speed=speed,
+        allow_code=allow_code,
+    )
     if per_process < 1:
         refuse(f"--vehicles-per-process {per_process}: is not at least 1")
     if not listen and router is None:
@@ -86,7 +96,8 @@ def serve(
         all_elsewhere=True,
     )
     print_notes(loaded, strict)
-    waiting = Waiting(Muster(vehicle_processes(size, per_process)), console, certs)
+    muster = Muster(vehicle_processes(size, per_process))
+    waiting = Waiting(muster, console, certs, realtime=loaded.scenario.clock == "realtime")
     with interruptible():
         code = execute(
             loaded, out, "processes", console, errors, guests, per_process, waiting=waiting

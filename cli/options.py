@@ -68,6 +68,14 @@ StrictOption = Annotated[
 ]
 
 
+RealtimeOption = Annotated[
+    bool, typer.Option("--realtime", help="Run on the wall clock, not as fast as possible.")
+]
+SpeedOption = Annotated[
+    float | None, typer.Option(help="In real time: simulated time per wall time, 0.1 to 10.")
+]
+
+
 AllowCodeOption = Annotated[
     bool,
     typer.Option(

@@ -68,6 +68,12 @@ def _real_time_lines(found: dict[str, Any] | None) -> list[tuple[str, str]]:
         if lateness is not None:
             text = "p50 {p50:.2f}, p99 {p99:.2f}, max {max:.2f} ms".format(**lateness)
             lines.append((f"lateness, {_LATENESS[name]}", text))
+    error, drift = found["clock_error_ms"], found["clock_drift_ppm"]
+    if error is not None:
+        text = "known to p50 ± {p50:.2f}, p99 ± {p99:.2f}, max ± {max:.2f} ms".format(**error)
+        if drift is not None:
+            text += f", drift {drift[0]:.0f} to {drift[1]:.0f} ppm"
+        lines.append(("clocks of other machines", text))
     missed, due = found["frames_that_missed_their_decision"], found["frames_due"]
     return [
         *lines,

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from zenvoy.cli import exits
 from zenvoy.fleet.certificates import CertificatesError
-from zenvoy.fleet.ends import shortage_of
+from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.folder import LOGS, FolderError, make_folder
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.join import JoinError
@@ -63,17 +63,29 @@ def _drive(share: Share, vehicles: range, folder: Path, console: Console, errors
     def on_started() -> None:
         console.print(f"{what} are joining {share.run}", highlight=False, soft_wrap=True)
 
+    lost: list[Death] = []
+
+    def on_loss(death: Death) -> None:
+        lost.append(death)
+        _print_death(death, errors)
+
     try:
-        death = run_share(share, folder / LOGS, on_started)
+        death = run_share(share, folder / LOGS, on_started, on_loss)
     except Interrupted:
         return exits.INTERRUPTED
     except OSError as error:
         errors.print(f"the vehicles cannot go on: {shortage_of(error)}")
         return exits.FAILED
     if death is not None:
-        errors.print(str(death))
-        for line in death.tail:
-            errors.print(f"  {line}")
-        return exits.FAILED if death.refused else exits.PROCESS_LOST
+        lost.append(death)
+        _print_death(death, errors)
+    if lost:
+        return exits.FAILED if lost[0].refused else exits.PROCESS_LOST
     console.print("the run has ended")
     return exits.OK
+
+
+def _print_death(death: Death, errors: Console) -> None:
+    errors.print(str(death))
+    for line in death.tail:
+        errors.print(f"  {line}")

@@ -14,10 +14,16 @@ from zenvoy.values.wording import spans
 
 
 class Waiting:
-    """Tells who is missing in a run, and how to join it, until the fleet is complete."""
+    """Tells who is missing in a run, and how to join it, until the fleet is complete.
 
-    def __init__(self, muster: Muster, console: Console, certs: Path | None) -> None:
+    realtime: the run goes on without a vehicle that is lost, so this tells who comes and goes.
+    """
+
+    def __init__(
+        self, muster: Muster, console: Console, certs: Path | None, *, realtime: bool
+    ) -> None:
         self._muster, self._console, self._certs = muster, console, certs
+        self._realtime = realtime
         self._changed = self._complete = False
 
     def begin(self, endpoints: RunEndpoints) -> None:
@@ -31,7 +37,12 @@ class Waiting:
 
     def note(self, arrival: Arrival) -> None:
         """Take note of an arrival; tell when the fleet is complete."""
-        if self._muster.note(arrival) and not self._complete:
+        if not self._muster.note(arrival):
+            return
+        if self._complete and self._realtime:
+            what = "is back" if arrival.there else "has gone; the run goes on"
+            self._say(f"{arrival.process}{self._on_host(arrival.process)} {what}")
+        elif not self._complete:
             self._changed = True
             self._complete = not self._muster.missing
             if self._complete:
@@ -45,7 +56,10 @@ class Waiting:
 
     def where(self, death: Death) -> str:
         """Return the machine of the process that has died, as the end of a line."""
-        host = self._muster.host_of(death.name)
+        return self._on_host(death.name)
+
+    def _on_host(self, process: str) -> str:
+        host = self._muster.host_of(process)
         return f" (on {host})" if host else ""
 
     def _say(self, text: str) -> None:

@@ -9,6 +9,7 @@ import json
 import os
 from collections.abc import Callable, Sequence
 
+from zenvoy.bus.clock_bounds import Offset
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, RouterError, SeveralRunsError
 from zenvoy.bus.joining import RunState, ask
@@ -30,10 +31,11 @@ def ask_in_child(
     answered = json.loads(text)
     if isinstance(answered, str):
         raise SeveralRunsError(answered)
-    error, name, scenario, present, shared = answered
+    error, name, scenario, present, shared, clock = answered
     if error:
         raise NoAnswerError(error)
-    return RunState(name, scenario.encode(), frozenset(present), shared)
+    offset = None if clock is None else Offset(*clock)
+    return RunState(name, scenario.encode(), frozenset(present), shared, offset)
 
 
 def fault_of_router(router: str, doors: Doors | None) -> str:
@@ -73,12 +75,13 @@ def _in_child(work: Callable[[], object]) -> str:
 
 def _asked(
     run: str | None, connect: Sequence[str], limit_s: float, doors: Doors | None, *, router: bool
-) -> str | tuple[str, str, str, list[str], dict[str, list[int]]]:
+) -> str | tuple[str, str, str, list[str], dict[str, list[int]], Offset | None]:
     """Return which runs there are, if they are several; else an error, or the state of the run."""
     try:
         state = ask(run, connect, limit_s, doors, router=router)
     except SeveralRunsError as error:
         return str(error)
     except NoAnswerError as error:
-        return str(error), "", "", [], {}
-    return "", state.run, state.scenario.decode(), sorted(state.present), state.shared
+        return str(error), "", "", [], {}, None
+    present = sorted(state.present)
+    return "", state.run, state.scenario.decode(), present, state.shared, state.clock

@@ -15,6 +15,7 @@ from typing import Final
 import zenoh
 from pydantic import ValidationError
 
+from zenvoy.bus.clock_bounds import Offset
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, SeveralRunsError, StoppedError
@@ -26,6 +27,7 @@ from zenvoy.fleet.certificates import doors_of
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.join import JoinError, ask_to_end, load_code
+from zenvoy.fleet.priority import prefer_latency, prefer_throughput
 from zenvoy.fleet.spawn import Program
 from zenvoy.fleet.supervisor import Supervisor
 from zenvoy.scenarios import Scenario
@@ -83,11 +85,9 @@ def find_share(
         raise JoinError(str(error) if run is None else f"--run {run}: {error}") from error
     except ValidationError as error:
         raise JoinError(f"--run {run}: its scenario is from another version of Zenvoy") from error
+    name = _NOT_PLAIN.sub("-", host or socket.gethostname())[:100] or "unnamed"
     if scenario.clock == "realtime":
-        raise JoinError(
-            f"--run {run}: is in real time, which needs the clock of one machine; allowed: "
-            "lock-step"
-        )
+        _require_clock(state.clock, scenario, run, name)
     shared = tuple(VehicleProcess(name, tuple(ids)) for name, ids in state.shared.items())
     processes = _processes_of(vehicles, scenario.fleet.size, shared)
     _check(processes, state.present, per_process)
@@ -110,8 +110,20 @@ def find_share(
         shared=shared,
         doors=doors,
         router=router,
-        host=_NOT_PLAIN.sub("-", host or socket.gethostname())[:100] or "unnamed",
+        host=name,
     )
+
+
+def _require_clock(clock: Offset | None, scenario: Scenario, run: str, host: str) -> None:
+    """Raise JoinError if this machine knows the world's clock worse than the scenario allows."""
+    allowed = f"allowed: at most max_clock_error_ms ({scenario.max_clock_error_ms:g})"
+    if clock is None:
+        raise JoinError(f"--run {run}: the world does not tell its time")
+    if clock.error_ns > scenario.max_clock_error_ns:
+        raise JoinError(
+            f"--run {run}: {host} knows the world's clock to ± {clock.error_ns * 1e-6:.3g} ms, "
+            f"half a round trip; {allowed}"
+        )
 
 
 def _processes_of(
@@ -149,13 +161,26 @@ def _check(
         )
 
 
-def run_share(share: Share, logs: Path, on_started: Callable[[], None]) -> Death | None:
+def run_share(
+    share: Share,
+    logs: Path,
+    on_started: Callable[[], None],
+    on_loss: Callable[[Death], None] = lambda _: None,
+) -> Death | None:
     """Drive the vehicles of a share to the end of the run; return a process that died first.
 
-    Raises Interrupted, and OSError if the system lacks something for it.
+    In real time the others go on without it, and `on_loss` is called. Raises Interrupted, and
+    OSError if the system lacks something for it.
     """
+    realtime = share.scenario.clock == "realtime"
     programs = [
-        Program(name=process.name, run=share.run, main=partial(_drive, share, process))
+        Program(
+            name=process.name,
+            run=share.run,
+            main=partial(_drive, share, process),
+            prefer=prefer_latency if realtime else prefer_throughput,
+            essential=not realtime,
+        )
         for process in share.processes
     ]
     prepare(share.scenario)
@@ -164,7 +189,7 @@ def run_share(share: Share, logs: Path, on_started: Callable[[], None]) -> Death
     try:
         with supervisor:
             on_started()
-            return supervisor.watch(read_fd, lambda _: None, lambda _: None)
+            return supervisor.watch(read_fd, lambda _: None, on_loss)
     except KeyboardInterrupt:
         raise Interrupted(complete=supervisor.completed) from None
     finally:
@@ -196,6 +221,8 @@ def _drive(share: Share, process: VehicleProcess) -> None:
         shared_processes=share.shared,
         router=share.router,
         doors=share.doors.get(process.name),
+        far=True,
+        clock_error_ns=share.scenario.max_clock_error_ns,
     )
     try:
         if process.is_shared:

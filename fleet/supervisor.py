@@ -209,7 +209,8 @@ class Supervisor:
         self._selector.unregister(pidfd)
         os.close(pidfd)
         code = os.waitstatus_to_exitcode(status)
-        if code == DONE and child.program.name in self._working:
+        is_over = code == DONE or not child.program.essential
+        if is_over and child.program.name in self._working:
             self._working.remove(child.program.name)
         self.completed = not self._working
         return code

@@ -75,6 +75,7 @@ def process_table(
         model not in builtin() for model in modes(scenario)
     )
     patience = _CODE_PATIENCE if has_own_code else 1.0
+    clock_error_ns = scenario.max_clock_error_ns if realtime and all_elsewhere else 0
     access: dict[str, object] = {}
     if certs is not None and not endpoints.router:
         protocols = dict.fromkeys(one.partition("/")[0] for one in endpoints.world)
@@ -93,6 +94,7 @@ def process_table(
         shared_processes=shared,
         doors=doors.get("world"),
         patient=all_elsewhere,
+        clock_error_ns=clock_error_ns,
     )
     channel_wiring = Wiring(
         run=labels.run,
@@ -106,6 +108,7 @@ def process_table(
         shared_processes=shared,
         doors=doors.get("channel"),
         patient=all_elsewhere,
+        clock_error_ns=clock_error_ns,
     )
     wiring = Wiring(
         run=labels.run,

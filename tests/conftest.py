@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -147,6 +147,7 @@ class Command:
         env: Mapping[str, str] | None = None,
         stdout: int | None = None,
         limit: tuple[int, int] | None = None,
+        inside: Sequence[str] = (),
     ) -> None:
         self._out, self._err = cwd / "stdout.txt", cwd / "stderr.txt"
         self.sockets = tempfile.TemporaryDirectory(prefix="zt-")  # paths of sockets are short
@@ -155,7 +156,7 @@ class Command:
         environment = {**plain, "COLUMNS": "200", "TMPDIR": self.sockets.name, **(env or {})}
         with self._out.open("wb") as out, self._err.open("wb") as err:
             self._process = subprocess.Popen(
-                as_child(*_zenvoy(), *arguments, limit=limit),
+                as_child(*inside, *_zenvoy(), *arguments, limit=limit),
                 cwd=cwd,
                 env=environment,
                 stdin=subprocess.DEVNULL,

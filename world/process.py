@@ -12,6 +12,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError
+from zenvoy.bus.far_clock import offer_clock
 from zenvoy.bus.joining import OnArrival, offer
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
@@ -60,6 +61,8 @@ def run_world(
         def on_open(session: zenoh.Session) -> None:
             state = (wiring.run, len(wiring.vehicles), wiring.shared_processes)
             offered.extend(offer(session, *state, lambda: effective, on_arrival))
+            if scenario.clock == "realtime":
+                offered.append(offer_clock(session, wiring.run))
 
         bus.on_open = on_open
         try:

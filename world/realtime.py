@@ -12,7 +12,7 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import fault_in_timing
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.realtime import Post
-from zenvoy.bus.refusals import STALE, RefusedError
+from zenvoy.bus.refusals import STALE, UNCLOCKED, RefusedError
 from zenvoy.bus.topics import EVENTS, LINKS, Topic
 from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import World
@@ -62,6 +62,7 @@ class RealtimeWorld:
         self._period_ns, self._cycles = scenario.period_ns, scenario.cycles
         self._effect_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
         self._hold_ns = scenario.beacon_age_limit_ns
+        self._most_error_ns = scenario.max_clock_error_ns
         self._overrun_ns = round(_OVERRUN_NS * scenario.speed)
         # Frames count in the decision of their own cycle, or of the next one (docs/decisions.md).
         self._decided_later = 0 if scenario.v2v_wait_ns else 1
@@ -113,7 +114,10 @@ class RealtimeWorld:
         if topic is LINKS:
             return None
         fault = self._core.fault_in_command(message, vehicle)
-        return fault or fault_in_timing(message.timing, len(self._vehicles))
+        fault = fault or fault_in_timing(message.timing, len(self._vehicles))
+        if fault is None and message.timing.clock_error_ns > self._most_error_ns:
+            return UNCLOCKED
+        return fault
 
     def take_in(self, post: Post) -> str | None:
         """Keep links and commands, or return why they are refused.

@@ -97,6 +97,11 @@ def realtime_row(
     came = [commands.get(vehicle) for vehicle in vehicles]
     timings = [_NO_TIMING if one is None else _timing_of(one.command) for one in came]
     frames = [len(timing.source) for timing in timings]
+    clocks: dict[str, list[int]] = {}
+    if any(timing.clock_error_ns > 0 for timing in timings):
+        errors = [-1 if one is _NO_TIMING else one.clock_error_ns for one in timings]
+        offsets = [timing.clock_offset_ns for timing in timings]
+        clocks = {"clock_offset_ns": offsets, "clock_error_ns": errors}
     payload = _REALTIME.encode(
         cycle=cycle,
         time_ns=time_ns,
@@ -109,6 +114,7 @@ def realtime_row(
         destination=np.repeat(vehicles, frames),
         arrived_ns=[arrived_ns for timing in timings for arrived_ns in timing.arrived_ns],
         came_ns=[came_ns for timing in timings for came_ns in timing.came_ns],
+        **clocks,
     )
     return Envelope(REALTIME, 0, payload, time_ns)
 

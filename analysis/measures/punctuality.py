@@ -12,6 +12,7 @@ from zenvoy.analysis.log.arrays import LogError, messages, read_frames
 from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.load import Run
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.clock_bounds import Drift, Offset, mean_drift
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import REALTIME
 
@@ -46,6 +47,10 @@ class Punctuality:
     """Commands that had not arrived when their cycle was logged, such as from a lost vehicle."""
     overruns: int
     """Cycles that began more than 1 ms late."""
+    clock_error: Floats
+    """By how much each command's machine may have been wrong about the world's clock."""
+    clock_drift: Drift | None
+    """How much the fastest clock of a vehicle gained on the world's; None on one machine."""
 
     @property
     def commands_late(self) -> int:
@@ -83,7 +88,30 @@ def punctuality(run: Run) -> Punctuality | None:
         delivery=late("came_ns", [row["arrived_ns"] for row in rows]),
         commands_missing=sum(int((row["commanded_ns"] < 0).sum()) for row in rows),
         overruns=int(run.clock["overruns"][-1]) if run.clock else 0,
+        clock_error=np.concatenate([row["clock_error_ns"][_known(row)] for row in rows]) * 1e-6,
+        clock_drift=_fastest(rows, run.scenario.speed),
     )
+
+
+def _known(row: Table) -> NDArray[np.bool_]:
+    return np.asarray(row["clock_error_ns"] >= 0)
+
+
+def _fastest(rows: list[Table], speed: float) -> Drift | None:
+    """Return the drift of the clock that drifts fastest, between the first and the last row."""
+    timed = [row for row in rows if row["clock_error_ns"].size and _known(row).all()]
+    if len(timed) < 2:
+        return None
+    first, last = timed[0], timed[-1]
+    between_ns = round(int(last["time_ns"] - first["time_ns"]) / speed)
+    ends = [
+        zip(row["clock_offset_ns"], row["clock_error_ns"], strict=True) for row in (first, last)
+    ]
+    drifts = [
+        mean_drift(Offset(*map(int, one)), Offset(*map(int, other)), between_ns)
+        for one, other in zip(*ends, strict=True)
+    ]
+    return max(drifts, key=lambda one: abs(one.least_ppm + one.most_ppm))
 
 
 def quantiles(lateness: Floats) -> Quantiles | None:

@@ -128,8 +128,12 @@ def _real_time(run: Run) -> Summary | None:
     missed, due = missed_decisions(run)
     kinds = ("cycle", "sense", "decision", "command", "delivery")
     lateness = {kind: quantiles(getattr(found, kind)) for kind in kinds}
+    error = quantiles(found.clock_error)
+    drift = found.clock_drift
     return {
         "speed": run.scenario.speed,
+        "clock_error_ms": None if error is None else error._asdict(),
+        "clock_drift_ppm": None if drift is None else list(drift),
         "lateness_ms": {
             kind: None if values is None else values._asdict() for kind, values in lateness.items()
         },

@@ -104,6 +104,8 @@ class Scenario(Section):
     """As fast as possible, or in real time ([real-time.md](real-time.md))."""
     speed: Annotated[float, Field(ge=0.1, le=10)] = 1.0
     """In real time: simulated time per wall time."""
+    max_clock_error_ms: Annotated[float, Field(gt=0, le=1000)] = 5.0
+    """In real time over several machines: how badly a machine may know the world's clock."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
     """Seed of all random draws."""
     stall_limit_s: Positive = 10.0
@@ -142,6 +144,11 @@ class Scenario(Section):
             object.__setattr__(self, "control", self.control.model_copy(update=default))
         refuse_disagreements(self)
         return self
+
+    @property
+    def max_clock_error_ns(self) -> int:
+        """How badly a machine may know the world's clock in real time, ns of wall time."""
+        return round(self.max_clock_error_ms * 1e6)
 
     @property
     def brakes(self) -> tuple[Brake, ...]:

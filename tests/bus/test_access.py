@@ -17,6 +17,7 @@ from zenvoy.bus.topics import (
     host_key,
     processes_key,
     scenario_key,
+    time_key,
     vehicle_name,
 )
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
@@ -106,7 +107,9 @@ def test_a_member_shows_no_token_but_its_own(name: str, other: int) -> None:
     assert allows(name, "liveliness_token", "ingress", on) == (other in own)
 
 
-@pytest.mark.parametrize("key", [scenario_key("r"), processes_key("r"), about_key("r")])
+@pytest.mark.parametrize(
+    "key", [scenario_key("r"), processes_key("r"), time_key("r"), about_key("r")]
+)
 def test_only_vehicles_ask_and_only_the_world_answers(key: str) -> None:
     asking = {name for name in NAMES if allows(name, "query", "ingress", key)}
     assert asking == {"vehicle-3", "vehicle-7", "vehicles-5-8"}

@@ -33,6 +33,7 @@ from zenvoy.bus.topics import (
     alive_key,
     processes_key,
     scenario_key,
+    time_key,
 )
 
 ON_THE_BUS: list[tuple[Topic[Any], str, str, str | None]] = [
@@ -108,6 +109,7 @@ def test_keys_of_other_entries() -> None:
     assert alive_key("r1", "vehicle-07") == "zenvoy/r1/alive/vehicle-07"
     assert scenario_key("r1") == "zenvoy/r1/scenario"
     assert processes_key("r1") == "zenvoy/r1/processes"
+    assert time_key("r1") == "zenvoy/r1/time"
 
 
 def test_keys_of_all() -> None:

@@ -8,15 +8,13 @@ from __future__ import annotations
 import re
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 import pytest
 
-from tests.conftest import LIMIT_S, Command, command, read_log, wait_until, zenvoy
-from tests.fleet.joining import free_ports, meeting
+from tests.conftest import read_log, wait_until, zenvoy
+from tests.fleet.hosts import host, serving
 
 STEPPED: Final = """
 duration_s: 20
@@ -25,30 +23,6 @@ channel: {loss: {p: 0.1}}
 """
 _PAUSE_S: Final = 3.0
 LONG: Final = STEPPED.replace("duration_s: 20", "duration_s: 100000")
-
-
-@contextmanager
-def serving(folder: Path, scenario: str, *options: str) -> Iterator[tuple[Command, list[str]]]:
-    """Serve a scenario with locked doors; yield the command, and options by which to join it."""
-    (folder / "s.yaml").write_text(scenario)
-    groups = ("--group", "1-4", "--group", "5-8")
-    assert zenvoy(folder, "certs", "keys", "--vehicles", "8", *groups).code == 0
-    doors = [f"tls/127.0.0.1:{port}" for port in free_ports()]
-    locked = ("--listen", doors[0], "--certs", "keys", "--out", "out")
-    with command(folder, "serve", "s.yaml", *locked, *options) as started:
-        wait_until((folder / "out" / "connect.json").exists, "it says where to connect to")
-        there = ["--run", meeting(folder)["run"], "--connect", doors[0], "--connect", doors[1]]
-        patient = ["--timeout-s", f"{LIMIT_S:g}"]
-        yield started, [*there, "--certs", str(folder / "keys"), *patient]
-
-
-@contextmanager
-def host(folder: Path, name: str, vehicles: str, *options: str) -> Iterator[Command]:
-    """Join a run with some vehicles, as a machine of this name."""
-    (folder / name).mkdir()
-    share = ("--vehicles", vehicles, "--host", name, "--out", "out")
-    with command(folder / name, "join", *share, *options) as started:
-        yield started
 
 
 @pytest.mark.parametrize("per_process", ["1", "2"])
@@ -126,10 +100,3 @@ def test_what_does_not_fit_a_run_is_refused(tmp_path: Path) -> None:
         assert refused("--vehicles", "1-8").startswith(f"--certs {tmp_path}/keys: has no vehicles-")
         line = "--vehicles 0-4: is not N or N-M with 1 <= N <= M, as 21-40\n"
         assert refused("--vehicles", "0-4") == line
-
-
-def test_serving_in_real_time_is_refused(tmp_path: Path) -> None:
-    realtime = ("--set", "clock=realtime", "--listen", "tcp/127.0.0.1:7447")
-    outcome = zenvoy(tmp_path, "serve", "quickstart", *realtime)
-    line = "clock: realtime needs the clock of one machine; allowed: lock-step\n"
-    assert (outcome.code, outcome.err) == (2, line)
