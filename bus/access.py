@@ -7,11 +7,12 @@ From its point of view a member sends (ingress) and is sent (egress).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from zenvoy.bus.topics import (
+    OBSERVER,
     TOPICS,
     Topic,
     about_key,
@@ -23,9 +24,6 @@ from zenvoy.bus.topics import (
     vehicle_name,
 )
 from zenvoy.bus.vehicle_processes import VehicleProcess
-
-OBSERVER: Final = "observer"
-"""The role of a program that only looks on, such as a recorder."""
 
 SERVERS: Final = ("world", "channel")
 """The roles of a run to which others connect."""
@@ -97,12 +95,13 @@ def access_control(
     shared: Sequence[VehicleProcess],
     members: Iterable[Member],
     trusted: Sequence[str],
+    public: Collection[str] = (),
 ) -> dict[str, object]:
     """Return Zenoh's settings for access control in a run with a fleet of `size`.
 
     `shared` are the processes with several vehicles. `trusted` are the protocols of links that may
     carry anything, such as the Unix sockets of this machine. Whoever is neither a member nor on
-    such a link may do nothing.
+    such a link may do nothing. `public` are the names of the streams that observers may read.
     """
     rules, subjects, policies = list[Rule](), list[Rule](), list[Rule]()
     if trusted:  # without protocols, the subject would be everybody
@@ -110,7 +109,7 @@ def access_control(
         subjects.append({"id": "trusted", "link_protocols": list(trusted)})
         policies.append({"rules": ["trusted"], "subjects": ["trusted"]})
     for member in members:
-        own = list(_rules(member, run, size, shared))
+        own = list(_rules(member, run, size, shared, public))
         if own:
             name = member.common_name
             rules += own
@@ -125,15 +124,22 @@ def access_control(
     }
 
 
-def _rules(member: Member, run: str, size: int, shared: Sequence[VehicleProcess]) -> Iterator[Rule]:
+def _rules(
+    member: Member,
+    run: str,
+    size: int,
+    shared: Sequence[VehicleProcess],
+    public: Collection[str],
+) -> Iterator[Rule]:
     """Yield the rules of a member; those without keys are left out, since Zenoh refuses them."""
     vehicles = [vehicle for vehicle in member.vehicles if vehicle <= size]
     processes = [process.name for process in shared if {*process.vehicles} <= {*vehicles}]
     is_vehicle, is_world = member.role == "vehicle", member.role == "world"
     if member.role == ROUTER or (is_vehicle and not vehicles):
         return
-    writes = [topic for topic in TOPICS if topic.writer == member.role and topic.pattern]
-    reads = [topic for topic in TOPICS if topic.reader in (member.role, None) and topic.pattern]
+    published = [topic for topic in TOPICS if topic.is_open(public)]
+    writes = [topic for topic in published if topic.writer == member.role]
+    reads = [topic for topic in published if topic.reader in (member.role, None)]
 
     def keys(topics: Iterable[Topic[Any]]) -> list[str]:
         found: list[str] = []

@@ -39,6 +39,7 @@ class Wiring:
     absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
     shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
     doors: Doors | None = None  # for TLS endpoints
+    public: frozenset[str] = frozenset()  # names of the streams that observers may read
     router: bool = False  # whether it connects to a Zenoh router, and nobody listens
     patient: bool = False  # whether it waits for the others without a limit before it begins
     far: bool = False  # whether the world runs on another machine, with another clock
@@ -68,7 +69,7 @@ class Connection(ABC):
         self._keys = {
             (topic, vehicle): self._key(topic, vehicle)
             for topic in TOPICS
-            if topic.pattern is not None
+            if topic.is_open(wiring.public)
             for vehicle in (wiring.vehicles if topic.per_vehicle else (0,))
         }
         self._owners = self._owners_by_key()
@@ -149,9 +150,9 @@ class Connection(ABC):
         for topic, vehicle, payload, time_ns, bundled in envelopes:
             if topic.logged_as is not None and self._log is not None:
                 self._log(topic, time_ns, payload)
-            if topic.pattern is None:
+            key, process = self._keys.get((topic, vehicle)), self._shared_by.get(vehicle)
+            if key is None:
                 continue
-            key, process = self._keys[topic, vehicle], self._shared_by.get(vehicle)
             if process is None or bundled:
                 self._publish(key, payload)
                 continue
@@ -300,9 +301,11 @@ class Connection(ABC):
         """
         agent = self._participant
         return {
-            self._keys[topic, vehicle]: self._process(topic.reader, vehicle) if topic.reader else ""
+            self._keys[topic, vehicle]: (
+                self._process(topic.reader, vehicle) if topic.reader and topic.is_awaited else ""
+            )
             for topic in TOPICS
-            if topic.writer == agent.role and topic.pattern is not None
+            if topic.writer == agent.role and topic.is_open(self._wiring.public)
             for vehicle in (agent.vehicles or fleet if topic.per_vehicle else (0,))
         }
 

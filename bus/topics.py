@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar
 
@@ -12,6 +13,9 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.errors import PayloadError
 
 _PLAIN: Final = re.compile(r"[\w.-]{1,100}", re.ASCII)
+
+OBSERVER: Final = "observer"
+"""The role of a program that only looks on, such as a recorder. Nobody waits for one."""
 
 M_co = TypeVar("M_co", bound=Message, covariant=True)
 
@@ -51,6 +55,15 @@ class Topic(Generic[M_co]):
         return f"zenvoy/{run}/*/*/{self.name}" if self.per_vehicle else self.key(run)
 
     @property
+    def is_awaited(self) -> bool:
+        """Whether its writer waits for a reader, and must not lose a message."""
+        return self.reader not in (None, OBSERVER)
+
+    def is_open(self, public: Collection[str]) -> bool:
+        """Whether it is published, if those streams for observers are whose names are `public`."""
+        return self.pattern is not None and (self.reader != OBSERVER or self.name in public)
+
+    @property
     def per_vehicle(self) -> bool:
         """Whether each vehicle has a stream of its own."""
         return self.pattern is not None and "{id}" in self.pattern
@@ -77,7 +90,7 @@ POSITIONS: Final = Topic("positions", pb.Positions, "channel/positions", reader=
 LINKS: Final = Topic("links", pb.Links, "channel/links", writer="channel", reader="world")
 CLOCK: Final = Topic("clock", pb.Clock, "clock", logged_as="/clock")
 
-TRUTH: Final = Topic("truth", pb.FleetTruth, logged_as="/fleet/truth")
+TRUTH: Final = Topic("truth", pb.FleetTruth, "truth", reader=OBSERVER, logged_as="/fleet/truth")
 RADAR: Final = Topic("radar", pb.FleetRadar, logged_as="/fleet/radar")
 ESTIMATE: Final = Topic("estimate", pb.FleetEstimate, logged_as="/fleet/estimate")
 FLEET_COMMAND: Final = Topic("fleet command", pb.FleetCommand, logged_as="/fleet/command")

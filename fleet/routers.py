@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from zenvoy.bus.access import ANY_RUN, ROUTER, access_control
 from zenvoy.bus.doors import Doors, Identity
+from zenvoy.bus.topics import TRUTH
 from zenvoy.bus.vehicle_processes import vehicle_processes
 from zenvoy.fleet.certificates import AUTHORITY, members_in
 
@@ -22,12 +23,14 @@ _HEADER: Final = (
 def write_router(folder: Path, listen: str, size: int, per_process: int) -> Path:
     """Write the configuration of a router that listens at an endpoint, and return its path.
 
+    Observers may read the truth, which only scenarios that allow it publish.
+
     It is for any run of fleets of up to `size` vehicles; only one of exactly that size may have
     `per_process` of them share a process. Files are named relative to the folder, so that it can be
     copied. Raises CertificatesError, OSError.
     """
     shared = [one for one in vehicle_processes(size, per_process) if one.is_shared]
-    access = access_control(ANY_RUN, size, shared, members_in(folder), trusted=())
+    access = access_control(ANY_RUN, size, shared, members_in(folder), (), public={TRUTH.name})
     identity = Identity(
         authority=Path(AUTHORITY),
         certificate=Path(f"{ROUTER}.pem"),

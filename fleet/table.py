@@ -15,7 +15,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.access import SERVERS, access_control
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.joining import OnArrival
-from zenvoy.bus.topics import vehicle_name
+from zenvoy.bus.topics import TRUTH, vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.process import run_channel
 from zenvoy.fleet.certificates import certificate_of, doors_of, members_in
@@ -76,11 +76,12 @@ def process_table(
     )
     patience = _CODE_PATIENCE if has_own_code else 1.0
     clock_error_ns = scenario.max_clock_error_ns if realtime and all_elsewhere else 0
+    public = frozenset({TRUTH.name} if scenario.public_truth else ())
     access: dict[str, object] = {}
     if certs is not None and not endpoints.router:
         protocols = dict.fromkeys(one.partition("/")[0] for one in endpoints.world)
         trusted = [one for one in protocols if one != "tls"]
-        access = access_control(labels.run, size, shared, members_in(certs), trusted)
+        access = access_control(labels.run, size, shared, members_in(certs), trusted, public)
     doors = {name: doors_of(certs, name).guarded(access) for name in SERVERS} if certs else {}
     world_wiring = Wiring(
         run=labels.run,
@@ -92,6 +93,7 @@ def process_table(
         stall_limit_s=scenario.stall_limit_s * _WORLD_PATIENCE * patience,
         absent=absent,
         shared_processes=shared,
+        public=public,
         doors=doors.get("world"),
         patient=all_elsewhere,
         clock_error_ns=clock_error_ns,

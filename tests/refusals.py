@@ -10,8 +10,8 @@ from zenvoy.scenarios import InvalidScenarioError, ScenarioError, load
 
 TOP = (
     "extends, description, duration_s, period_ms, clock, speed, seed, stall_limit_s, on_collision, "
-    "on_vehicle_loss, road, fleet, vehicle, control, beacons, sensors, estimator, channel, "
-    "events, faults"
+    "on_vehicle_loss, public_truth, road, fleet, vehicle, control, beacons, sensors, estimator, "
+    "channel, events, faults"
 )
 """The keys of a scenario's top level, as messages name them."""
 

@@ -114,6 +114,9 @@ class Scenario(Section):
     """Whether the run goes on after a collision."""
     on_vehicle_loss: Literal["abort", "coast", "brake", "restart"] = "abort"
     """What follows when a fault kills a vehicle's process, see `process-killed`."""
+    public_truth: bool = False
+    """Whether programs that look on may read the state of all vehicles while the run goes on, see
+    [security.md](security.md)."""
     road: Road = Road()
     """The shape of the road."""
     fleet: Fleet = Fleet()

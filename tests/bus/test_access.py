@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from zenvoy.bus.access import Member, access_control, member_of
 from zenvoy.bus.topics import (
     TOPICS,
+    TRUTH,
     about_key,
     alive_key,
     host_key,
@@ -25,12 +26,14 @@ from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 SIZE: Final = 12
 NAMES: Final = ("world", "channel", "observer", "vehicle-3", "vehicle-7", "vehicles-5-8")
 MEMBERS: Final = {name: member_of(f"{name}.0123abcd") for name in NAMES}
+UNIX: Final = "unixsock-stream"
+PUBLIC: Final = (TRUTH.name,)
 SHARED: Final = tuple(one for one in vehicle_processes(SIZE, 4) if one.is_shared)
 
 
-def allows(name: str, message: str, flow: str, key: str) -> bool:
+def allows(name: str, message: str, flow: str, key: str, public: tuple[str, ...] = PUBLIC) -> bool:
     """Return whether the rules of a member allow a message on a key, by Zenoh's own inclusion."""
-    config: Any = access_control("r", SIZE, SHARED, MEMBERS.values(), ["unixsock-stream"])
+    config: Any = access_control("r", SIZE, SHARED, MEMBERS.values(), [UNIX], public)
     rules = {rule["id"]: rule for rule in config["rules"]}
     common_name = MEMBERS[name].common_name
     subjects = {one["id"] for one in config["subjects"] if common_name in one.get(CERT, ())}
@@ -57,7 +60,7 @@ def keys_of(member: Member, *, written: bool) -> set[str]:
     """Return the keys that the table of topics gives to a member, with its shared process."""
     keys = set()
     for topic in TOPICS:
-        if topic.pattern is None:
+        if not topic.is_open(PUBLIC):
             continue
         mine = topic.writer == member.role if written else topic.reader in (member.role, None)
         if not mine:
@@ -87,6 +90,19 @@ def test_a_member_puts_what_it_writes_and_reads_what_is_meant_for_it(name: str, 
     assert allows(name, "put", "egress", key) == (key in reads)
     assert allows(name, "declare_subscriber", "ingress", key) == (key in reads)
     assert not allows(name, "delete", "ingress", key)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("public", [(), PUBLIC])
+def test_only_an_observer_reads_the_truth_and_only_if_it_is_public(
+    name: str, public: tuple[str, ...]
+) -> None:
+    reads = name == "observer" and bool(public)
+    for message, flow in (("put", "egress"), ("declare_subscriber", "ingress")):
+        assert allows(name, message, flow, TRUTH.key("r"), public) == reads
+    assert allows(name, "put", "ingress", TRUTH.key("r"), public) == (
+        name == "world" and bool(public)
+    )
 
 
 @pytest.mark.parametrize("name", ["vehicle-3", "vehicles-5-8", "observer"])

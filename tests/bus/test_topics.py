@@ -44,6 +44,7 @@ ON_THE_BUS: list[tuple[Topic[Any], str, str, str | None]] = [
     (POSITIONS, "zenvoy/r1/channel/positions", "world", "channel"),
     (LINKS, "zenvoy/r1/channel/links", "channel", "world"),
     (CLOCK, "zenvoy/r1/clock", "world", None),
+    (TRUTH, "zenvoy/r1/truth", "world", "observer"),
 ]
 IN_THE_LOG: list[tuple[Topic[Any], str]] = [
     (CLOCK, "/clock"),
@@ -118,8 +119,15 @@ def test_keys_of_all() -> None:
     assert alive_key("r1") == "zenvoy/r1/alive/*"
 
 
-@pytest.mark.parametrize("topic", [TRUTH, RADAR, ESTIMATE, FLEET_COMMAND, FRAMES, EVENTS, REALTIME])
-def test_the_truth_does_not_leave_the_world(topic: Topic[Any]) -> None:
+@pytest.mark.parametrize("public", [(), (TRUTH.name,)])
+def test_the_truth_is_for_observers_and_only_if_it_is_public(public: tuple[str, ...]) -> None:
+    assert TRUTH.is_open(public) == bool(public)
+    assert not TRUTH.is_awaited
+    assert all(topic.is_open(()) for topic, *_ in ON_THE_BUS if topic is not TRUTH)
+
+
+@pytest.mark.parametrize("topic", [RADAR, ESTIMATE, FLEET_COMMAND, FRAMES, EVENTS, REALTIME])
+def test_what_only_the_log_has_does_not_leave_the_world(topic: Topic[Any]) -> None:
     assert topic.reader is None
     assert topic.writer == "world"
     assert not topic.per_vehicle

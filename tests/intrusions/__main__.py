@@ -29,6 +29,7 @@ from zenvoy.bus.topics import (
     LINKS,
     POSITIONS,
     SENSE,
+    TRUTH,
     alive_key,
     processes_key,
     scenario_key,
@@ -136,6 +137,7 @@ class Attempts:
         self._put(observer, COMMAND.key(run, 1), _command(1))
         self._put(observer, CLOCK.key(run), pb.Clock(cycle=7).SerializeToString())
         self._listen("observer: reads commands", observer, COMMAND.key(run, 1))
+        self._listen("observer: reads a truth that is not public", observer, TRUTH.key(run))
         self._listen("observer: reads the clock", observer, CLOCK.key(run))  # as it may
 
     def _as_servers(self, keys: Path) -> None:
