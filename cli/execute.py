@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -35,13 +36,18 @@ def execute(
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
     waiting: Waiting | None = None,
+    on_folder: Callable[[Path], None] = lambda _: None,
 ) -> int:
-    """Run a scenario, and print its summary and its folder; return the exit code."""
+    """Run a scenario, and print its summary and its folder; return the exit code.
+
+    `on_folder` gets the folder before the run begins.
+    """
     try:
         folder = make_folder(out, loaded.name)
     except FolderError as error:
         errors.print(str(error))
         return exits.BAD_INPUT
+    on_folder(folder)
     for vehicle in sorted(guests.without):
         join = f"zenvoy vehicle --id {vehicle} --run {quote(str(folder))}"
         console.print(

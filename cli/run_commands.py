@@ -6,6 +6,7 @@ Each command imports its own dependencies; app.py says why.
 from __future__ import annotations
 
 import os
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -76,6 +77,10 @@ def run(
     router: RouterOption = None,
     certs: CertsOption = None,
     insecure: InsecureOption = False,
+    view: Annotated[
+        bool,
+        typer.Option("--view", help="Show the run in the browser, and stay until Ctrl-C."),
+    ] = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -127,8 +132,16 @@ def run(
             say(f"  {line}")
     from zenvoy.cli.execute import execute
 
-    with interruptible():
-        code = execute(loaded, out, chosen.engine, console, errors, others, per_process)
+    run_it = partial(execute, loaded, out, chosen.engine, console, errors, others, per_process)
+    if not view:
+        with interruptible():
+            code = run_it()
+        raise typer.Exit(code)
+    from zenvoy.cli.viewing import Viewer
+
+    with interruptible(), Viewer() as viewer:
+        code = run_it(on_folder=viewer.begin)
+        viewer.stay(code)
     raise typer.Exit(code)
 
 

@@ -1,5 +1,7 @@
 // Canvases as large as the page shows them, on screens of any density.
 export class Surface {
+  static resized = 0; // how often any canvas has changed its size
+
   constructor(canvas, theme) {
     this.canvas = canvas;
     this.theme = theme;
@@ -39,7 +41,7 @@ export class Surface {
     if (canvas.width !== width || canvas.height !== height) {
       canvas.width = width;
       canvas.height = height;
-      this.changed = true;
+      Surface.resized += 1;
     }
   }
 }

@@ -167,7 +167,10 @@ function speedScale() {
   return { low: Math.floor(low / grain) * grain, high: Math.max(Math.ceil(high / grain) * grain, low + 0.2) };
 }
 
+const SELDOM = 100; // ms between drawings of what moves little
 let drawnAt = 0;
+let seldomAt = 0;
+let shown = "";
 const frames = (window.zenvoyFrames = { count: 0, since: performance.now() });
 
 function draw(now) {
@@ -184,32 +187,60 @@ function draw(now) {
   const ahead = Math.ceil(Math.max(10, 1.5 / about.period) * (playhead.following ? 1 : Math.max(1, playhead.speed)));
   pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride).catch(report);
   charts.want(playhead.time).catch(report);
-  const slow = stride === 1;
-  if (view.links && slow) view.links.want(cycle - 3, cycle + Math.min(ahead, 20)).catch(report);
-  const before = pictures.before(cycle, 8 * stride);
-  const to = run.live ? Math.max(20, playhead.end) : run.lastTime;
-  if (before) {
-    const scene = new Scene(about, before, pictures.get(before.cycle + stride), playhead.time);
-    page.scene = scene;
-    view.scale = scale();
-    page.place = drawRoad(page.road, scene, view);
-    drawLens(page.lens, scene, view);
-    const recent = [];
-    for (let k = cycle - 20 * stride; k <= cycle; k += stride) if (pictures.get(k)) recent.push(pictures.get(k));
-    const settled = recent.filter((picture) => picture.total("delivered") >= 0);
-    const wall = before.total("wall");
-    page.tiles.show(scene, settled, wall > 0 ? (before.cycle * about.period) / wall : NaN);
-    const modes = view.colour === "mode" ? seen(scene) : [];
-    colourLegend(get("legend"), view.colour, view.scale, modes, theme, about.modes[6]?.[0]);
-    describe(scene);
+  if (view.links && stride === 1) view.links.want(cycle - 3, cycle + Math.min(ahead, 20)).catch(report);
+  // What has not changed is not drawn again.
+  const looks = [theme.version, Surface.resized, view.chosen.join(), view.colour, view.radio, get("upwards").value].join(" ");
+  const data = [run.last, run.end, page.overview.times.length, pictures.version, charts.near.version, view.links?.version].join(" ");
+  const state = `${playhead.time} ${playhead.playing} ${playhead.following} ${playhead.speed} ${looks} ${data}`;
+  if (state === shown) return;
+  shown = state;
+  drawRoads(cycle, stride);
+  const jumped = looks !== page.looks || !(playhead.playing || playhead.following);
+  if (now - seldomAt >= SELDOM || jumped) {
+    seldomAt = now;
+    page.looks = looks;
+    drawDiagrams();
+  } else {
+    shown = ""; // what is left is drawn in a later frame
   }
-  const scaleOfSpeed = speedScale();
-  colourLegend(get("spacetime-legend"), "speed", scaleOfSpeed, [], theme);
-  page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: scaleOfSpeed, chosen: view.chosen });
-  charts.draw(playhead.time, run.events);
+}
+
+function drawRoads(cycle, stride) {
+  const { about } = run;
+  const { pictures } = page;
+  const before = pictures.before(cycle, 8 * stride);
+  if (!before) return;
+  const scene = new Scene(about, before, pictures.get(before.cycle + stride), playhead.time);
+  page.scene = scene;
+  page.recent = { cycle, stride };
+  view.scale = scale();
+  page.place = drawRoad(page.road, scene, view);
+  drawLens(page.lens, scene, view);
+}
+
+function drawDiagrams() {
+  const to = run.live ? Math.max(20, playhead.end) : run.lastTime;
+  if (page.scene) drawWords(page.scene, page.recent);
+  const speeds = speedScale();
+  colourLegend(get("spacetime-legend"), "speed", speeds, [], theme);
+  page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: speeds, chosen: view.chosen });
+  page.charts.draw(playhead.time, run.events);
   page.load = page.channel.draw(to, playhead.time);
   page.events.draw(playhead.time);
   page.transport.draw();
+}
+
+// Figures, legend and description of the road.
+function drawWords(scene, { cycle, stride }) {
+  const { about } = run;
+  const recent = [];
+  for (let k = cycle - 20 * stride; k <= cycle; k += stride) if (page.pictures.get(k)) recent.push(page.pictures.get(k));
+  const settled = recent.filter((picture) => picture.total("delivered") >= 0);
+  const wall = scene.before.total("wall");
+  page.tiles.show(scene, settled, wall > 0 ? (scene.before.cycle * about.period) / wall : NaN);
+  const modes = view.colour === "mode" ? seen(scene) : [];
+  colourLegend(get("legend"), view.colour, view.scale, modes, theme, about.modes[6]?.[0]);
+  describe(scene);
 }
 
 // The modes in which vehicles have been seen, with their names and colours.

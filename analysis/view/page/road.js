@@ -118,25 +118,26 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
   const long = Math.max(2, Math.min(Math.max(scene.about.length * place.perMetre, 0.62 * em), 0.85 * spacing));
   const wide = Math.max(3, 0.42 * place.road_px);
   const fine = spacing < 4;
+  const outline = theme.isDark ? "rgb(255 255 255 / 55%)" : "rgb(0 0 0 / 45%)";
+  // One path for all vehicles of a colour, because a thousand paths would take too long.
+  const colours = new Map();
   for (let i = 0; i < scene.size; i++) {
-    const [x, y, angle] = place.at(scene.positions[i]);
     const { fill, hollow } = paint(i);
-    g.save();
-    g.translate(x, y);
-    g.rotate(angle);
-    g.fillStyle = hollow ? theme.panel : fill;
-    if (fine) {
-      g.fillStyle = fill;
-      g.fillRect(-long, -wide / 2, long, wide);
-    } else {
-      g.beginPath();
-      g.roundRect(-long, -wide / 2, long, wide, Math.min(3, long / 3));
-      g.fill();
-      g.lineWidth = hollow ? 2 : 1;
-      g.strokeStyle = hollow ? fill : theme.isDark ? "rgb(255 255 255 / 55%)" : "rgb(0 0 0 / 45%)";
-      g.stroke();
-    }
-    g.restore();
+    const name = hollow ? `hollow ${fill}` : fill;
+    if (!colours.has(name)) colours.set(name, []);
+    colours.get(name).push(i);
+  }
+  for (const [name, members] of colours) {
+    const hollow = name.startsWith("hollow");
+    const fill = hollow ? name.slice(7) : name;
+    g.beginPath();
+    for (const i of members) box(g, place.at(scene.positions[i]), long, wide);
+    g.fillStyle = hollow && !fine ? theme.panel : fill;
+    g.fill();
+    if (fine) continue;
+    g.lineWidth = hollow ? 2 : 1;
+    g.strokeStyle = hollow ? fill : outline;
+    g.stroke();
   }
   g.textAlign = "center";
   g.textBaseline = "middle";
@@ -160,6 +161,18 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
     g.fillStyle = isChosen ? theme.accent : theme.quiet;
     g.fillText(v, x, y);
   }
+}
+
+// Adds a vehicle to the path: a box whose front is at a point of the road.
+function box(g, [x, y, angle], long, wide) {
+  const [c, n] = [Math.cos(angle), Math.sin(angle)];
+  const [dx, dy] = [-c * long, -n * long];
+  const [sx, sy] = [(-n * wide) / 2, (c * wide) / 2];
+  g.moveTo(x + sx, y + sy);
+  g.lineTo(x - sx, y - sy);
+  g.lineTo(x + dx - sx, y + dy - sy);
+  g.lineTo(x + dx + sx, y + dy + sy);
+  g.closePath();
 }
 
 function spread(scene) {

@@ -86,6 +86,7 @@ export class Pictures {
     this.totals = Object.keys(run.about.totals);
     this.kept = new Map(); // null for a cycle that the log does not have
     this.busy = false;
+    this.version = 0;
     this.each = this.size * (this.names.length + 2);
   }
 
@@ -126,6 +127,7 @@ export class Pictures {
           found.totals.subarray(i * this.totals.length, (i + 1) * this.totals.length),
         ));
       });
+      this.version += 1;
       this.#forget((first + until) / 2);
     } finally {
       this.busy = false;
@@ -147,6 +149,7 @@ export class Links {
     this.vehicles = vehicles;
     this.kept = new Map();
     this.busy = false;
+    this.version = 0;
   }
 
   get(cycle) {
@@ -166,6 +169,7 @@ export class Links {
         source: found.source[i], destination: found.destination[i], outcome: found.outcome[i],
         sent: found.sent[i], arrived: found.arrived[i],
       }));
+      this.version += 1;
       if (this.kept.size > 400) for (const cycle of [...this.kept.keys()].slice(0, 200)) this.kept.delete(cycle);
     } finally {
       this.busy = false;

@@ -8,16 +8,20 @@ import re
 import signal
 import socket
 from pathlib import Path
+from typing import Final
 from urllib.parse import urlsplit
 
 import psutil
 import pytest
 
 from tests.analysis.view.pages import address_in
-from tests.conftest import command, zenvoy
+from tests.conftest import command, wait_until
 from tests.logs import write_log
+from zenvoy.analysis.log.load import load
+from zenvoy.cli.app import app
+from zenvoy.cli.usage import outcome
 
-SCENARIO = "{duration_s: 2, fleet: {size: 4}}"
+SCENARIO: Final = "{duration_s: 2, fleet: {size: 4}}"
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +62,8 @@ def test_a_page_is_served_on_loopback_until_ctrl_c(tmp_path: Path, log: Path) ->
         assert get(address, "/state", Host="evil.example")[0] == 403
         assert get(address, "/", Origin="http://evil.example")[0] == 403
         viewer.send(signal.SIGINT)
-        outcome = viewer.wait()
-    assert (outcome.code, outcome.err) == (0, "")
+        ended = viewer.wait()
+    assert (ended.code, ended.err) == (0, "")
 
 
 @pytest.mark.parametrize(
@@ -70,15 +74,64 @@ def test_a_page_is_served_on_loopback_until_ctrl_c(tmp_path: Path, log: Path) ->
         (["--port", "70000", "text.mcap"], "--port 70000: is not at most 65535"),
     ],
 )
-def test_bad_input_is_refused(tmp_path: Path, arguments: list[str], message: str) -> None:
+def test_bad_input_is_refused(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "text.mcap").write_text("neither a log nor anything else")
-    outcome = zenvoy(tmp_path, "view", *arguments)
-    assert (outcome.code, outcome.out, outcome.err) == (2, "", f"{message}\n")
+    assert outcome(app, ["view", *arguments]) == 2
+    assert capsys.readouterr() == ("", f"{message}\n")
 
 
-def test_a_port_that_is_taken_is_refused(tmp_path: Path, log: Path) -> None:
+def test_a_port_that_is_taken_is_refused(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        outcome = zenvoy(tmp_path, "view", str(log), "--port", str(port))
-    expected = f"--port {port}: Address already in use\n"
-    assert (outcome.code, outcome.err) == (2, expected)
+        assert outcome(app, ["view", str(log), "--port", str(port)]) == 2
+    assert capsys.readouterr() == ("", f"--port {port}: Address already in use\n")
+
+
+RUN: Final = "{duration_s: 5, fleet: {size: 4}}"
+
+
+def test_a_run_is_shown_and_stays_the_same(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(RUN)
+    with command(tmp_path, "run", "s.yaml", "--out", "shown", "--view") as shown:
+        address = address_in(shown)
+        assert get(address, "/")[0] == 200  # before, while or after it runs
+        wait_until(lambda: "the page stays" in shown.out, "the run has ended")
+        wait_until(lambda: json.loads(get(address, "/state")[1])["whole"], "the log is read")
+        state = json.loads(get(address, "/state")[1])
+        assert (state["last"], state["end"]) == (50, "complete")
+        shown.wait_for_children({"view"})
+        shown.send_to_group(signal.SIGINT)
+        ended = shown.wait()
+        assert (ended.code, ended.err) == (0, "")
+        assert shown.left() == []
+    plain = load(write_log(tmp_path / "plain.mcap", RUN))
+    assert load(tmp_path / "shown" / "run.mcap").fingerprint == plain.fingerprint
+
+
+def test_the_page_dies_with_its_run(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(RUN)
+    arguments = ("run", "s.yaml", "--engine", "in-process", "--out", "out", "--view")
+    with command(tmp_path, *arguments) as shown:
+        shown.wait_for_children({"view"})
+        shown.send(signal.SIGKILL)
+        shown.wait()
+        assert shown.left() == []
+
+
+def test_a_run_outlives_its_page(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(RUN)
+    arguments = ("run", "s.yaml", "--engine", "in-process", "--out", "out", "--view")
+    with command(tmp_path, *arguments) as shown:
+        shown.wait_for_children({"view"})
+        shown.send_to_child("view", signal.SIGKILL)
+        ended = shown.wait()
+    assert ended.code == 0
+    assert "the page has ended" in ended.err
+    assert load(tmp_path / "out" / "run.mcap").cycles == 50
