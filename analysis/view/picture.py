@@ -95,6 +95,7 @@ def picture_of(
     radar, estimate = tables.get(RADAR.log_name, {}), tables.get(ESTIMATE.log_name, {})
     command, clock = tables.get(FLEET_COMMAND.log_name, {}), tables.get(CLOCK.log_name, {})
     frames = frames_of(payloads)
+    outcomes = _outcomes(frames, vehicles)
     gap = gaps(truth["position"], ring_length_m)
     age = _seconds(estimate.get("age_ns"), vehicles)
     columns = np.full((len(COLUMNS), vehicles), nan, np.float32)
@@ -110,14 +111,14 @@ def picture_of(
         "estimated_speed": estimate.get("speed"),
         "age": age,
         "mode": estimate.get("mode"),
-        "heard": _received(frames, vehicles, _HEARD),
-        "missed": _received(frames, vehicles, _MISSED),
+        "heard": _received(outcomes, _HEARD),
+        "missed": _received(outcomes, _MISSED),
     }
     for row, name in enumerate(COLUMNS):
         value = values[name]
         if value is not None and len(value) == vehicles:
             columns[row] = value
-    totals = _totals(truth, gap, age, frames, clock)
+    totals = _totals(truth, gap, age, outcomes, frames, clock)
     return Picture(truth["position"], columns, np.array(totals, np.float32))
 
 
@@ -193,35 +194,46 @@ def _seconds(value_ns: NDArray[Any] | None, vehicles: int) -> NDArray[np.float64
     return np.where(value_ns < 0, nan, value_ns * 1e-9)
 
 
-def _received(
-    frames: Sequence[Table], vehicles: int, outcomes: tuple[int, ...]
-) -> NDArray[np.float64] | None:
+def _outcomes(frames: Sequence[Table], vehicles: int) -> NDArray[np.int64] | None:
+    """Return how many frames of each outcome there are for each receiver, (n, 8)."""
     if not frames:
         return None
-    counts = np.zeros(vehicles + 1)
+    counts = np.zeros((vehicles + 2) * 8, np.int64)
     for table in frames:
-        to = table["destination"][np.isin(table["outcome"], outcomes)]
-        counts += np.bincount(to[to <= vehicles], minlength=vehicles + 1)
-    return counts[1:]
+        to = np.minimum(table["destination"], vehicles + 1).astype(np.int64)  # who does not exist
+        counts += np.bincount(to * 8 + np.minimum(table["outcome"], 7), minlength=len(counts))
+    return counts.reshape(-1, 8)[1:-1]
+
+
+def _received(
+    outcomes: NDArray[np.int64] | None, which: tuple[int, ...]
+) -> NDArray[np.int64] | None:
+    if outcomes is None:
+        return None
+    received: NDArray[np.int64] = outcomes[:, which].sum(axis=1)
+    return received
 
 
 def _totals(
-    truth: Table, gap: NDArray[Any], age: NDArray[Any], frames: Sequence[Table], clock: Table
+    truth: Table,
+    gap: NDArray[Any],
+    age: NDArray[Any],
+    outcomes: NDArray[np.int64] | None,
+    frames: Sequence[Table],
+    clock: Table,
 ) -> list[float]:
     """Return TOTALS in their order."""
-    outcomes = np.zeros(8)
+    sums = np.full(8, nan) if outcomes is None else outcomes.sum(axis=0)
     busy = [table["busy_ratio"] for table in frames if len(table["busy_ratio"])]
-    for table in frames:
-        outcomes += np.bincount(np.minimum(table["outcome"], 7), minlength=8)
     shares = np.concatenate(busy) if busy else np.array([nan])
     return [
         float(truth["speed"].mean()),
         float(np.nanmin(gap, initial=np.inf)),
         float(np.nanmax(age, initial=-1.0)),
-        outcomes[pb.OUTCOME_DELIVERED] if frames else nan,
-        outcomes[pb.OUTCOME_LATE] if frames else nan,
-        sum(outcomes[one] for one in _LOST) if frames else nan,
-        outcomes[pb.OUTCOME_COLLIDED] if frames else nan,
+        float(sums[pb.OUTCOME_DELIVERED]),
+        float(sums[pb.OUTCOME_LATE]),
+        float(sum(sums[one] for one in _LOST)),
+        float(sums[pb.OUTCOME_COLLIDED]),
         float(shares.mean()),
         float(shares.max()),
         float(clock["wall_ns"]) * 1e-9 if clock else nan,

@@ -8,6 +8,7 @@ import json
 import socket
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -23,6 +24,8 @@ ADDRESS: Final = "127.0.0.1"
 PORT: Final = 8600
 """The port where a browser may look first."""
 _PAUSE_S: Final = 0.1  # between looks at a log that has not grown
+_TURN_S: Final = 0.01
+_TURNS: Final = 20  # for which reading on waits for pages, at most
 _HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
     "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -69,9 +72,10 @@ async def serve(path: Path, made: socket.socket, until: asyncio.Event) -> None:
     """
     run = WatchedRun(path)
     with ThreadPoolExecutor(1, "reader") as reader:  # one thread, because a run may have only one
-        server = HTTPServer(_application(run, reader))
+        asked = _Asked()
+        server = HTTPServer(_application(run, reader, asked))
         server.add_socket(made)
-        reading = asyncio.create_task(_follow(run, path, reader))
+        reading = asyncio.create_task(_follow(run, path, reader, asked))
         ending = asyncio.create_task(until.wait())
         try:
             done, _ = await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
@@ -85,16 +89,27 @@ async def serve(path: Path, made: socket.socket, until: asyncio.Event) -> None:
             await server.close_all_connections()
 
 
-async def _follow(run: WatchedRun, path: Path, reader: ThreadPoolExecutor) -> None:
-    """Read the log until its end, or for as long as it may grow."""
+@dataclass
+class _Asked:
+    """How many questions of pages wait for an answer."""
+
+    waiting: int = 0
+
+
+async def _follow(run: WatchedRun, path: Path, reader: ThreadPoolExecutor, asked: _Asked) -> None:
+    """Read the log until its end, or for as long as it may grow, while no page waits."""
     loop = asyncio.get_running_loop()
     while not (run.begun and run.whole):
+        for _ in range(_TURNS):
+            if not asked.waiting:
+                break
+            await asyncio.sleep(_TURN_S)
         more = path.exists() and await loop.run_in_executor(reader, run.extend)
         await asyncio.sleep(0 if more else _PAUSE_S)
 
 
-def _application(run: WatchedRun, reader: ThreadPoolExecutor) -> Application:
-    given = {"run": run, "reader": reader}
+def _application(run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked) -> Application:
+    given = {"run": run, "reader": reader, "asked": asked}
     page = str(files("zenvoy.analysis.view") / "page")
     return Application(
         [
@@ -134,18 +149,22 @@ class _Page(_Guarded, StaticFileHandler):
 class _OfRun(_Guarded):
     """A handler that asks the run, in the thread that may use it."""
 
-    def initialize(self, run: WatchedRun, reader: ThreadPoolExecutor) -> None:
+    def initialize(self, run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked) -> None:
         """Take what the application gives."""
         self._run = run
+        self._asked = asked
         self._reader = reader
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
         """Return an answer of the run."""
         loop = asyncio.get_running_loop()
+        self._asked.waiting += 1
         try:
             return await loop.run_in_executor(self._reader, question, *arguments)
         except LogError as error:
             raise HTTPError(503, reason="the log cannot be read", log_message=str(error)) from error
+        finally:
+            self._asked.waiting -= 1
 
     def number(self, name: str, default: int) -> int:
         """Return an argument that is a whole number of 0 or more."""

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from pydantic import ValidationError
 
+from zenvoy.analysis.log.cycles import stretches
 from zenvoy.analysis.log.facts import printable
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.about import about
 from zenvoy.analysis.view.block import pack
 from zenvoy.analysis.view.growing_log import GrowingLog
-from zenvoy.analysis.view.messages import Messages
+from zenvoy.analysis.view.messages import Messages, Payloads
 from zenvoy.analysis.view.overview import Overview
-from zenvoy.analysis.view.picture import Picture, picture_of, rows_of
+from zenvoy.analysis.view.picture import COLUMNS, Picture, picture_of, rows_of
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import RESULT, RUN, read_epoch_ns
 from zenvoy.scenarios import Scenario
@@ -26,6 +28,8 @@ MAX_CYCLES: Final = 4_096
 """The most cycles that one request gets."""
 _CHUNKS_AT_ONCE: Final = 8
 _POINTS_AT_ONCE: Final = 20
+_FRAMES_AT_ONCE: Final = 100_000  # about, so that a request does not wait for long
+_KEPT_NUMBERS: Final = 16_000_000  # in pictures, of 4 bytes each
 
 
 class WatchedRun:
@@ -40,6 +44,7 @@ class WatchedRun:
         self._searched = 0  # chunks searched for events
         self._faults: list[str] = []
         self._epoch_ns = self._behind_ns = 0
+        self._kept: dict[int, Picture] = {}  # in the order in which they were made
 
     def extend(self) -> bool:
         """Read what the run has logged since the last call, a part at a time.
@@ -98,8 +103,7 @@ class WatchedRun:
         """Return the cycles in a range, one in `step`, of some vehicles or of all for none."""
         last = min(last, self.last, first + MAX_CYCLES * step)
         wanted = range(first + -first % step, last + 1, step)
-        pictures = self._pictures(wanted)
-        found = [(cycle, pictures[cycle]) for cycle in wanted if cycle in pictures]
+        found = list(self._pictures(wanted).items())
         size = self._known.fleet.size
         take = np.array(vehicles, np.int64) - 1 if vehicles else np.arange(size)
         take = take[(take >= 0) & (take < size)]
@@ -140,18 +144,22 @@ class WatchedRun:
         self._scenario = scenario
 
     def _pictures(self, cycles: range) -> dict[int, Picture]:
-        """Return the pictures of the cycles that the log has."""
-        scenario = self._known
-        found = {}
-        parts = [cycles] if cycles.step == 1 else [range(k, k + 1) for k in cycles]
-        for part in parts:
-            if not part:
-                continue
-            for cycle, payloads in self._messages.of(part[0], part[-1]).items():
-                picture = picture_of(payloads, scenario.fleet.size, scenario.ring_length_m)
-                if picture is not None:
-                    found[cycle] = picture
+        """Return the pictures of the cycles that the log has, and keep them for the next time."""
+        missing = [cycle for cycle in cycles if cycle not in self._kept]
+        for first, last in stretches(missing):
+            for cycle, payloads in self._messages.of(first, last).items():
+                self._keep(cycle, payloads)
+        found = {cycle: self._kept[cycle] for cycle in cycles if cycle in self._kept}
+        most = max(2, _KEPT_NUMBERS // (self._known.fleet.size * (len(COLUMNS) + 2)))
+        for cycle in list(islice(self._kept, max(0, len(self._kept) - most))):
+            del self._kept[cycle]
         return found
+
+    def _keep(self, cycle: int, payloads: Payloads) -> None:
+        scenario = self._known
+        picture = picture_of(payloads, scenario.fleet.size, scenario.ring_length_m)
+        if picture is not None and cycle <= self.last:
+            self._kept[cycle] = picture
 
     def _search(self) -> bool:
         """Find events in the next chunks; return whether there were any chunks."""
@@ -169,7 +177,10 @@ class WatchedRun:
     def _sample(self) -> bool:
         """Add the next points to the overview; return whether there were any."""
         before = len(self._overview)
-        while self._overview.due <= self.last and len(self._overview) < before + _POINTS_AT_ONCE:
+        # Up to a size of 80 every vehicle may hear every other one; beyond, not all are in range.
+        frames = self._known.fleet.size * min(self._known.fleet.size, 80)
+        until = before + min(_POINTS_AT_ONCE, 1 + _FRAMES_AT_ONCE // frames)
+        while self._overview.due <= self.last and len(self._overview) < until:
             cycle, pictures = self._overview.due, {}
             with suppress(LogError):  # `_search` has reported it
                 pictures = self._pictures(range(cycle, cycle + 1))

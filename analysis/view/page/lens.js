@@ -67,13 +67,14 @@ export function drawLens(surface, scene, view) {
       g.lineWidth = 2.5;
       g.strokeRect(x - long - 3, y - 0.5 * em - 3, long + 6, em + 6);
     }
+    if (x - long / 2 < 1.2 * em || x - long / 2 > width - 1.2 * em) continue; // no room for words
     g.textAlign = "center";
     surface.font(0.85, i + 1 === chosen ? 700 : 400);
     g.fillStyle = i + 1 === chosen ? theme.accent : theme.text;
     g.fillText(`${i + 1}`, x - long / 2, y + road / 2 + 0.7 * em);
     surface.font(0.78);
     g.fillStyle = theme.quiet;
-    g.fillText(`${scene.speeds[i].toFixed(1)} m/s`, x - long / 2, y + road / 2 + 1.75 * em);
+    if (x > 2.8 * em && x < width - 2 * em) g.fillText(`${scene.speeds[i].toFixed(1)} m/s`, x - long / 2, y + road / 2 + 1.75 * em);
     if (isFinite(gaps[i])) {
       const to = x + gaps[i] * perMetre - long;
       const text = `${gaps[i].toFixed(1)} m`;

@@ -8,7 +8,7 @@ import { drawLens } from "./lens.js";
 import { Playhead } from "./playhead.js";
 import { drawRoad, vehicleAt } from "./road.js";
 import { Links, Overview, Pictures, Run } from "./run.js";
-import { Scene } from "./scene.js";
+import { HOLD, Scene, SLOWEST } from "./scene.js";
 import { SpaceTime } from "./spacetime.js";
 import { Tiles } from "./tiles.js";
 import { Transport } from "./transport.js";
@@ -184,10 +184,15 @@ function draw(now) {
   const cycleOf = (time) => Math.floor(time / about.period / stride + 1e-6) * stride;
   playhead.advance(elapsed, (time) => pictures.has(Math.min(cycleOf(time), run.last)));
   const cycle = cycleOf(playhead.time);
+  // What is needed soon is asked for now.
   const ahead = Math.ceil(Math.max(10, 1.5 / about.period) * (playhead.following ? 1 : Math.max(1, playhead.speed)));
-  pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride).catch(report);
+  pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride, cycle + Math.min(ahead, 60 * stride) / 2).catch(report);
   charts.want(playhead.time).catch(report);
-  if (view.links && stride === 1) view.links.want(cycle - 3, cycle + Math.min(ahead, 20)).catch(report);
+  if (view.links && (playhead.following || playhead.speed <= 2)) {
+    const exact = Math.floor(playhead.time / about.period + 1e-6);
+    const since = exact - Math.ceil(HOLD / about.period) - SLOWEST;
+    view.links.want(since, exact + Math.min(ahead, 60), exact + Math.min(ahead, 60) / 2).catch(report);
+  }
   // What has not changed is not drawn again.
   const looks = [theme.version, Surface.resized, view.chosen.join(), view.colour, view.radio, get("upwards").value].join(" ");
   const data = [run.last, run.end, page.overview.times.length, pictures.version, charts.near.version, view.links?.version].join(" ");

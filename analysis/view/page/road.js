@@ -131,10 +131,16 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
     const hollow = name.startsWith("hollow");
     const fill = hollow ? name.slice(7) : name;
     g.beginPath();
+    if (fine) {
+      for (const i of members) dash(g, place.at(scene.positions[i]), long);
+      g.lineWidth = wide;
+      g.strokeStyle = fill;
+      g.stroke();
+      continue;
+    }
     for (const i of members) box(g, place.at(scene.positions[i]), long, wide);
-    g.fillStyle = hollow && !fine ? theme.panel : fill;
+    g.fillStyle = hollow ? theme.panel : fill;
     g.fill();
-    if (fine) continue;
     g.lineWidth = hollow ? 2 : 1;
     g.strokeStyle = hollow ? fill : outline;
     g.stroke();
@@ -142,9 +148,10 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
   g.textAlign = "center";
   g.textBaseline = "middle";
   const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((n) => n * spacing > 1.9 * em) ?? 1000;
+  surface.font(0.8);
   for (let v = 1; v <= scene.size; v++) {
     const isChosen = chosen.includes(v);
-    if (!isChosen && (v % every || chosen.some((one) => Math.abs(one - v) * spacing < 1.9 * em))) continue;
+    if (!isChosen && (v % every || chosen.some((one) => near(one - v, scene) * spacing < 1.9 * em))) continue;
     const at = scene.positions[v - 1] - long / 2 / place.perMetre;
     const [x, y, angle] = place.at(at, place.labelOff);
     if (isChosen) {
@@ -157,10 +164,17 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
       g.strokeRect(-long / 2 - 3, -wide / 2 - 3, long + 6, wide + 6);
       g.restore();
     }
-    surface.font(0.8, isChosen ? 700 : 400);
+    if (isChosen) surface.font(0.8, 700);
     g.fillStyle = isChosen ? theme.accent : theme.quiet;
     g.fillText(v, x, y);
+    if (isChosen) surface.font(0.8);
   }
+}
+
+// How many vehicles apart two are, on a ring the shorter way.
+function near(apart, scene) {
+  const far = Math.abs(apart);
+  return scene.about.ring ? Math.min(far, scene.size - far) : far;
 }
 
 // Adds a vehicle to the path: a box whose front is at a point of the road.
@@ -173,6 +187,12 @@ function box(g, [x, y, angle], long, wide) {
   g.lineTo(x + dx - sx, y + dy - sy);
   g.lineTo(x + dx + sx, y + dy + sy);
   g.closePath();
+}
+
+// Adds a vehicle to the path as a line, where there is no room for more.
+function dash(g, [x, y, angle], long) {
+  g.moveTo(x, y);
+  g.lineTo(x - Math.cos(angle) * long, y - Math.sin(angle) * long);
 }
 
 function spread(scene) {

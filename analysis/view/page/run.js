@@ -2,7 +2,8 @@
 import { unpack } from "./block.js";
 
 const KEPT_NUMBERS = 24e6; // of one store, in all its pictures
-const AT_ONCE = 2e6; // numbers asked for in one request
+const AT_ONCE = 3e5; // numbers asked for in one request
+const CYCLES_AT_ONCE = 60;
 
 async function ask(what, { signal } = {}) {
   const answer = await fetch(what, { signal });
@@ -104,14 +105,15 @@ export class Pictures {
     return null;
   }
 
-  // Sees to it that the cycles of a range will be there, one in `step`.
-  async want(first, last, step) {
+  // Sees to it that the cycles of a range will be there, one in `step`. While those up to `enough`
+  // are there it asks for none, so that requests are few.
+  async want(first, last, step, enough) {
     first = Math.max(0, Math.ceil(first / step) * step);
     last = Math.min(last, this.run.last);
     while (first <= last && this.kept.has(first)) first += step;
-    if (this.busy || first > last) return;
+    if (this.busy || first > last || (first > enough && last < this.run.last)) return;
     let until = first;
-    const most = Math.max(1, Math.floor(AT_ONCE / this.each));
+    const most = Math.max(1, Math.min(CYCLES_AT_ONCE, Math.floor(AT_ONCE / (this.run.about.vehicles * this.names.length))));
     for (let count = 1; count < most && until + step <= last && !this.kept.has(until + step); count++) until += step;
     this.busy = true;
     try {
@@ -156,11 +158,11 @@ export class Links {
     return this.kept.get(cycle) ?? [];
   }
 
-  async want(first, last) {
+  async want(first, last, enough) {
     first = Math.max(0, first);
     last = Math.min(last, this.run.last);
     while (first <= last && this.kept.has(first)) first += 1;
-    if (this.busy || first > last) return;
+    if (this.busy || first > last || (first > enough && last < this.run.last)) return;
     this.busy = true;
     try {
       const found = await block(`links?from=${first}&to=${last}&vehicles=${this.vehicles.join(",")}`);

@@ -2,6 +2,8 @@
 import { shade, step } from "./colours.js";
 
 const FALLBACK = 6; // the mode of a vehicle that has fallen back to FM
+export const HOLD = 0.1; // s for which a frame shows at least
+export const SLOWEST = 4; // cycles that a late frame may take to show
 export const OUTCOMES = { 1: "delivered", 2: "late", 3: "lost", 5: "lost", 7: "collided" };
 
 export class Scene {
@@ -56,17 +58,18 @@ export function painter(kind, scene, scale, theme) {
 export function framesAt(scene, links, period, choice, chosen) {
   const found = [];
   const cycle = Math.floor(scene.time / period + 1e-6);
-  for (let k = cycle - 4; k <= cycle; k++) {
+  const hold = Math.max(period, HOLD) - 1e-6;
+  for (let k = cycle - Math.ceil(HOLD / period) - SLOWEST; k <= cycle; k++) {
     for (const row of links.get(k)) {
       const name = OUTCOMES[row.outcome];
       if (!name || row.sent > scene.time) continue;
       if (choice === "sends" && !chosen.includes(row.source)) continue;
       if (choice === "hears" && !chosen.includes(row.destination)) continue;
       const arrives = row.arrived >= 0;
-      const gone = Math.max(row.sent + period, arrives ? row.arrived : 0) + 1e-9;
+      const gone = Math.max(row.sent + hold, arrives ? row.arrived : 0);
       if (scene.time >= gone) continue;
       const heard = name === "delivered" || name === "late";
-      const travels = arrives ? row.arrived - row.sent : 0.1 * period;
+      const travels = arrives ? row.arrived - row.sent : 0.1 * hold;
       const progress = Math.min(1, (scene.time - row.sent) / Math.max(1e-6, travels));
       found.push({ ...row, name, heard, progress });
     }

@@ -58,7 +58,8 @@ export class Charts {
 
   want(time) {
     const { first, last, step } = this.#window(time);
-    return this.near?.want(first, Math.ceil(last / 20) * 20, step);
+    const soon = Math.ceil((time + 0.5) / this.run.about.period);
+    return this.near?.want(first, Math.ceil(last / 20) * 20, step, soon);
   }
 
   draw(time, events) {
