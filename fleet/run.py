@@ -112,7 +112,8 @@ def _run_on_processes(
     rehearse(scenario)
     reader = ReportReader()
 
-    def show(data: bytes) -> None:
+    def show(data: bytes) -> bool:
+        begun = False
         for report in reader.feed(data):
             if isinstance(report, Arrival):
                 watch.on_arrival(report)
@@ -120,6 +121,8 @@ def _run_on_processes(
                 watch.on_held_up(report.text)
             else:
                 watch.on_progress(progress_of(report, scenario.duration_s))
+                begun = True
+        return begun
 
     read_fd, write_fd = os.pipe()
     supervisor: Supervisor | None = None

@@ -189,7 +189,7 @@ def run_share(
     try:
         with supervisor:
             on_started()
-            return supervisor.watch(read_fd, lambda _: None, on_loss)
+            return supervisor.watch(read_fd, lambda _: False, on_loss)
     except KeyboardInterrupt:
         raise Interrupted(complete=supervisor.completed) from None
     finally:

@@ -107,15 +107,16 @@ class Supervisor:
     def watch(
         self,
         pipe: int,
-        on_data: Callable[[bytes], None],
+        on_data: Callable[[bytes], bool],
         on_loss: Callable[[Death], None],
         on_idle: Callable[[], None] = lambda: None,
     ) -> Death | None:
         """Pass data from the pipe to `on_data` until the leader ends.
 
-        `on_idle` is called when nothing has happened for half a second.
+        `on_data` returns whether the data say that the run has begun. `on_idle` is called when
+        nothing has happened for half a second.
         The first death of an essential program ends the watch and is returned; other deaths go to
-        `on_loss`. Until the first data has arrived, every program is essential.
+        `on_loss`. Until the run has begun, every program is essential, because it waits for all.
         """
         begun = False
         self._selector.register(pipe, selectors.EVENT_READ)
@@ -126,9 +127,8 @@ class Supervisor:
                     on_idle()
                 if pipe in ready:
                     data = os.read(pipe, 65_536)
-                    begun = True
                     if data:
-                        on_data(data)
+                        begun = on_data(data) or begun
                     else:
                         self._selector.unregister(pipe)
                 deaths = self._deaths([fd for fd in ready if fd != pipe])

@@ -65,7 +65,7 @@ def main(scenario: Path, out: Path, per_cycle: int, per_process: int) -> list[De
         programs = [*(_within_reach(program, here) for program in table), attacker]
         read_fd, write_fd = os.pipe()
         with Supervisor(programs, folder / "logs", loaded.scenario.stall_limit_s) as supervisor:
-            death = supervisor.watch(read_fd, lambda _: None, deaths.append)
+            death = supervisor.watch(read_fd, lambda _: True, deaths.append)
         os.close(read_fd)
         os.close(write_fd)
     return deaths if death is None else [*deaths, death]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import wait_until
 from zenvoy.bus.errors import StalledError, StoppedError
 from zenvoy.fleet.ends import Death
 from zenvoy.fleet.interruption import Interrupted
@@ -46,7 +47,7 @@ def death_of(folder: Path, programs: list[Program]) -> tuple[Death | None, list[
     supervisor = Supervisor(programs, folder, stall_limit_s=60.0)
     try:
         with supervisor:
-            death = supervisor.watch(read_fd, lambda _: None, losses.append)
+            death = supervisor.watch(read_fd, lambda _: True, losses.append)
     finally:
         os.close(read_fd)
         os.close(write_fd)
@@ -99,10 +100,41 @@ def test_a_process_that_died_is_blamed_before_those_that_wait(tmp_path: Path) ->
     with Supervisor(programs, tmp_path, stall_limit_s=60.0) as supervisor:
         for child in list(supervisor._children.values())[1:]:
             os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
-        death = supervisor.watch(read_fd, lambda _: None, lambda _: None)
+        death = supervisor.watch(read_fd, lambda _: False, lambda _: None)
     os.close(read_fd)
     os.close(write_fd)
     assert str(death) == "vehicle-02 died: exit status 7"
+
+
+def end_after(path: Path) -> None:
+    """Wait until a file is there, and end with status 7."""
+    wait_until(path.exists, f"{path.name} is there")
+    os._exit(7)
+
+
+@pytest.mark.parametrize(("begun", "blamed"), [(True, "world"), (False, "vehicle-01")])
+def test_a_run_that_has_not_begun_does_not_go_on_without_a_process(
+    tmp_path: Path, begun: bool, blamed: str
+) -> None:
+    """In real time too it waits for all, and the first news are of those who have come."""
+    reported, lost = tmp_path / "reported", tmp_path / "lost"
+    programs = [
+        Program(name="world", run="r", main=partial(end_after, lost)),
+        Program(name="vehicle-01", run="r", main=partial(end_after, reported), essential=False),
+    ]
+
+    def begins(data: bytes) -> bool:
+        reported.touch()
+        return begun and data == b"news"
+
+    read_fd, write_fd = os.pipe()
+    os.write(write_fd, b"news")
+    with Supervisor(programs, tmp_path, stall_limit_s=60.0) as supervisor:
+        death = supervisor.watch(read_fd, begins, lambda _: lost.touch())
+    os.close(read_fd)
+    os.close(write_fd)
+    assert str(death) == f"{blamed} died: exit status 7"
+    assert lost.exists() == begun
 
 
 def test_no_process_has_died_once_the_leader_is_done(tmp_path: Path) -> None:
