@@ -114,13 +114,19 @@ def test_two_runs_at_once_do_not_see_each_other(routed: tuple[Path, Router]) -> 
             assert (folder / name / "out" / "logs" / f"{role}.log").read_text() == ""
 
 
-def test_a_run_in_real_time_goes_through_a_router(routed: tuple[Path, Router]) -> None:
-    folder, door = routed
-    (folder / "s.yaml").write_text(EIGHT)
-    through = ("--router", door.endpoint, "--certs", "keys", "--realtime", "--out", "live")
-    outcome = zenvoy(folder, "run", "s.yaml", "--vehicles-per-process", "4", *through)
-    assert (outcome.code, outcome.err) == (0, "")
-    assert read_log(folder / "live" / "run.mcap").result["end"] == "complete"
+def test_a_run_in_real_time_of_several_machines_goes_through_a_router(
+    routed: tuple[Path, Router],
+) -> None:
+    folder, _ = routed
+    with (
+        serving(routed, "live", "--realtime", "--vehicles-per-process", "4") as served,
+        host(routed, "gamma", "1-4") as one,
+        host(routed, "delta", "5-8") as other,
+    ):
+        outcome = served.wait()
+        assert (outcome.code, outcome.err) == (0, "")
+        assert (one.wait().code, other.wait().code) == (0, 0)
+    assert read_log(folder / "live" / "out" / "run.mcap").result["end"] == "complete"
 
 
 def test_a_router_keeps_intruders_out(tmp_path: Path) -> None:
