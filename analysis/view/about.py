@@ -10,7 +10,7 @@ from zenvoy.analysis.log.laws import laws_in
 from zenvoy.analysis.view.picture import COLUMNS, TOTALS
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_metadata import LAWS, RUN
-from zenvoy.scenarios import Scenario, modes
+from zenvoy.scenarios import Scenario, modes, name_of
 
 # Colour-blind readers tell these from the colours of laws, which are Okabe and Ito's.
 _OTHER_MODES: Final = {
@@ -36,7 +36,7 @@ def about(metadata: Mapping[str, Mapping[str, str]], scenario: Scenario) -> dict
         "wait": scenario.v2v_wait_ns * 1e-9,
         "ring": scenario.ring_length_m,
         "length": scenario.fleet.length_m,
-        "model": scenario.control.model if isinstance(scenario.control.model, str) else "",
+        "model": _laws_in_turn(scenario),
         "technology": channel.title or channel.technology.title,
         "columns": COLUMNS,
         "totals": TOTALS,
@@ -54,6 +54,14 @@ def _modes(laws: Mapping[str, str], scenario: Scenario) -> dict[int, tuple[str, 
         found = laws_in({}, named)
     shown = {mode: (printable(law.name), law.colour or "#999999") for mode, law in found.items()}
     return shown | _OTHER_MODES
+
+
+def _laws_in_turn(scenario: Scenario) -> str:
+    """Return the laws of the fleet in the order of the schedule, without those of groups."""
+    control = scenario.control
+    later = [switch.model for switch in control.schedule if switch.vehicles is None]
+    names = [name_of(model) for model in (control.model, *later) if model is not None]
+    return " → ".join(dict.fromkeys(names))
 
 
 def _worth_a_look(scenario: Scenario) -> list[int]:

@@ -45,7 +45,7 @@ export function drawLens(surface, scene, view) {
     },
   };
   if (view.links) {
-    const near = framesAt(scene, view.links, scene.about.period, view.radio, view.chosen)
+    const near = framesAt(scene, view)
       .filter((frame) => shown.includes(frame.source - 1) && shown.includes(frame.destination - 1));
     drawFrames(g, surface, place, scene, near);
   }

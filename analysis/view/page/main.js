@@ -16,6 +16,7 @@ import { Charts } from "./vehicles.js";
 
 const ASK_EVERY = 200; // ms, while a run goes on
 const MOST_CHOSEN = 3;
+const SLOW = 0.2; // at this speed and below, frames are shown on their way
 const get = (id) => document.getElementById(id);
 const theme = new Theme();
 const run = new Run();
@@ -167,6 +168,7 @@ function speedScale() {
   return { low: Math.floor(low / grain) * grain, high: Math.max(Math.ceil(high / grain) * grain, low + 0.2) };
 }
 
+const RECENT = 20; // cycles over which frames lost are counted
 const SELDOM = 100; // ms between drawings of what moves little
 let drawnAt = 0;
 let seldomAt = 0;
@@ -187,6 +189,7 @@ function draw(now) {
   // What is needed soon is asked for now.
   const ahead = Math.ceil(Math.max(10, 1.5 / about.period) * (playhead.following ? 1 : Math.max(1, playhead.speed)));
   pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride, cycle + Math.min(ahead, 60 * stride) / 2).catch(report);
+  pictures.want(cycle - RECENT * stride, cycle, stride, -1).catch(report);
   charts.want(playhead.time).catch(report);
   if (view.links && (playhead.following || playhead.speed <= 2)) {
     const exact = Math.floor(playhead.time / about.period + 1e-6);
@@ -219,6 +222,7 @@ function drawRoads(cycle, stride) {
   page.scene = scene;
   page.recent = { cycle, stride };
   view.scale = scale();
+  view.slow = !playhead.following && playhead.speed <= SLOW;
   page.place = drawRoad(page.road, scene, view);
   drawLens(page.lens, scene, view);
 }
@@ -228,7 +232,7 @@ function drawDiagrams() {
   if (page.scene) drawWords(page.scene, page.recent);
   const speeds = speedScale();
   colourLegend(get("spacetime-legend"), "speed", speeds, [], theme);
-  page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: speeds, chosen: view.chosen });
+  page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: speeds, chosen: view.chosen, events: run.events });
   page.charts.draw(playhead.time, run.events);
   page.load = page.channel.draw(to, playhead.time);
   page.events.draw(playhead.time);
@@ -239,7 +243,7 @@ function drawDiagrams() {
 function drawWords(scene, { cycle, stride }) {
   const { about } = run;
   const recent = [];
-  for (let k = cycle - 20 * stride; k <= cycle; k += stride) if (page.pictures.get(k)) recent.push(page.pictures.get(k));
+  for (let k = cycle - RECENT * stride; k <= cycle; k += stride) if (page.pictures.get(k)) recent.push(page.pictures.get(k));
   const settled = recent.filter((picture) => picture.total("delivered") >= 0);
   const wall = scene.before.total("wall");
   page.tiles.show(scene, settled, wall > 0 ? (scene.before.cycle * about.period) / wall : NaN);

@@ -5,7 +5,7 @@ export function drawRoad(surface, scene, view) {
   const g = surface.begin();
   const place = scene.about.ring ? ring(surface, scene) : strip(surface, scene);
   place.road(g);
-  const frames = view.links ? framesAt(scene, view.links, scene.about.period, view.radio, view.chosen) : [];
+  const frames = view.links ? framesAt(scene, view) : [];
   drawFrames(g, surface, place, scene, frames);
   const paint = painter(view.colour, scene, view.scale, surface.theme);
   drawVehicles(g, surface, place, scene, paint, view.chosen);

@@ -54,15 +54,17 @@ export function painter(kind, scene, scale, theme) {
   };
 }
 
-// The frames that show at a time: on their way, heard or lost, with how far they have come.
-export function framesAt(scene, links, period, choice, chosen) {
+// The frames that show at a time: on their way, heard or lost, with how far they have come. Only a
+// slow page shows them on their way; else they would be there too briefly.
+export function framesAt(scene, { links, radio: choice, chosen, slow }) {
+  const { period } = scene.about;
   const found = [];
   const cycle = Math.floor(scene.time / period + 1e-6);
   const hold = Math.max(period, HOLD) - 1e-6;
   for (let k = cycle - Math.ceil(HOLD / period) - SLOWEST; k <= cycle; k++) {
     for (const row of links.get(k)) {
       const name = OUTCOMES[row.outcome];
-      if (!name || row.sent > scene.time) continue;
+      if (!name || row.sent > scene.time + 1e-9) continue;
       if (choice === "sends" && !chosen.includes(row.source)) continue;
       if (choice === "hears" && !chosen.includes(row.destination)) continue;
       const arrives = row.arrived >= 0;
@@ -70,7 +72,7 @@ export function framesAt(scene, links, period, choice, chosen) {
       if (scene.time >= gone) continue;
       const heard = name === "delivered" || name === "late";
       const travels = arrives ? row.arrived - row.sent : 0.1 * hold;
-      const progress = Math.min(1, (scene.time - row.sent) / Math.max(1e-6, travels));
+      const progress = slow ? Math.max(0, Math.min(1, (scene.time - row.sent) / Math.max(1e-6, travels))) : 1;
       found.push({ ...row, name, heard, progress });
     }
   }

@@ -2,6 +2,7 @@
 import { label, ticks } from "./canvas.js";
 import { axis, line } from "./chart.js";
 import { cividis, shade, step } from "./colours.js";
+import { isBad } from "./events.js";
 
 export class SpaceTime {
   constructor(surface, overview, about) {
@@ -13,7 +14,7 @@ export class SpaceTime {
   }
 
   // Draws the diagram from time 0 to `to`; returns what turns a pixel into a time.
-  draw({ to, now, upwards, scale, chosen }) {
+  draw({ to, now, upwards, scale, chosen, events }) {
     const { surface, about } = this;
     const g = surface.begin();
     const { theme, em, width, height } = surface;
@@ -47,6 +48,10 @@ export class SpaceTime {
         g.lineTo(box.left - 0.38 * em, y(v) + 0.3 * em);
         g.fill();
       }
+    }
+    for (const event of events) {
+      g.fillStyle = isBad(event) ? theme.lost : theme.quiet;
+      g.fillRect(x(event.time) - 1, box.top - 0.35 * em, 2, 0.3 * em);
     }
     line(g, x(now), { ...box, top: box.top - 3 }, theme.panel, []);
     g.globalAlpha = 0.95;
