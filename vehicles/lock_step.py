@@ -27,11 +27,10 @@ class LockStepVehicle:
         self._period_ns = scenario.period_ns
         self._wait_ns = scenario.v2v_wait_ns
         self._attendance = attendance(scenario)
-        kills = self._attendance.kills(vehicle)
-        begins, ends = [0, *(k.end for k in kills)], [*(k.first for k in kills), scenario.cycles]
-        self._deaths = frozenset(ends[:-1])
-        self._end = scenario.cycles if life is None else ends[life]
-        self._cycle = self._attendance.next(vehicle, begins[life or 0])
+        lives = self._attendance.lives(vehicle)
+        self._deaths = frozenset(one.stop for one in lives[:-1])
+        self._end = scenario.cycles if life is None else lives[life].stop
+        self._cycle = self._attendance.next(vehicle, lives[life or 0].start)
         self._senses = True
         self._needs_sense = ((SENSE, (vehicle,)),)
         self._needs_receive = ((RECEIVE, (vehicle,)),)

@@ -32,7 +32,9 @@ def run_vehicle(
     the number of its process, if the scenario kills one. Raises BusError.
     """
     if scenario.clock == "realtime":
-        _drive(RealtimeBus(RealtimeVehicle(scenario, vehicle), wiring, scenario.speed), on_joined)
+        _drive(
+            RealtimeBus(RealtimeVehicle(scenario, vehicle, life), wiring, scenario.speed), on_joined
+        )
     else:
         _drive(ZenohBus(LockStepVehicle(scenario, vehicle, life), wiring), on_joined)
 

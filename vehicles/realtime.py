@@ -11,7 +11,7 @@ from zenvoy.bus.packed import PackedCodec, encode_bytes
 from zenvoy.bus.realtime import Post
 from zenvoy.bus.refusals import ABSURD, STALE
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 from zenvoy.vehicles.agent import Vehicle
 from zenvoy.vehicles.seen_frames import SeenFrames
 
@@ -25,15 +25,17 @@ _SETTLE_NS: Final = 5_000_000
 class RealtimeVehicle:
     """Sends its beacon on its sense, and decides at t_k + v2v_wait with the frames so far.
 
-    If the process is stopped for longer than a cycle, it continues with the newest sense.
+    If the process is stopped for longer than a cycle, it continues with the newest sense. It takes
+    nothing in while the scenario freezes its process, and knows nothing of earlier cycles once a
+    process has been killed. life: as for LockStepVehicle.
     """
 
     role = "vehicle"
-    done = False
     sends_together = False
     may_wait = frozenset({RECEIVE})
 
-    def __init__(self, scenario: Scenario, vehicle: int) -> None:
+    def __init__(self, scenario: Scenario, vehicle: int, life: int | None = None) -> None:
+        self._scenario = scenario
         self._core = Vehicle(scenario, vehicle)
         self.name = self._core.name
         self.vehicle, self.vehicles = vehicle, (vehicle,)
@@ -46,10 +48,25 @@ class RealtimeVehicle:
         self._decides_ns: int | None = None  # deadline of the decision of the cycle
         self._received: list[Post] = []  # since the last decision
         self._seen = SeenFrames()
+        self._attendance = attendance(scenario)
+        lives = self._attendance.lives(vehicle)
+        # The cycles with which another process begins, if this one drives the vehicle through.
+        self._births = [one.start for one in lives[1:]] if life is None else []
+        is_last = life is None or life == len(lives) - 1
+        self._dies_ns = None if is_last else lives[life or 0].stop * self._period_ns
+        self.done = False
 
     @property
     def due_ns(self) -> int | None:
-        """When to send a beacon; if there is none to send, when to decide."""
+        """When to send a beacon; if there is none to send, when to decide; or when to die."""
+        acts_ns, dies_ns = self._acts_ns, self._dies_ns
+        if acts_ns is None or dies_ns is None:
+            return dies_ns if acts_ns is None else acts_ns
+        return min(acts_ns, dies_ns)
+
+    @property
+    def _acts_ns(self) -> int | None:
+        """When it sends a beacon or decides, if nothing happens to it."""
         if self._sense is None:
             return self._decides_ns
         came_ns = self._sense.came_ns
@@ -76,18 +93,38 @@ class RealtimeVehicle:
     def take_in(self, post: Post) -> str | None:
         """Keep the newest sense, and keep each frame once; return why a message is refused."""
         if post.topic is RECEIVE:
+            if not self._takes_in(post.message.time_ns):
+                return None  # it is lost, and nobody is to blame
             is_new = self._seen.are_new(post.message)
             if is_new:
                 self._received.append(post)
             return None if is_new else STALE
         if post.message.cycle <= self._cycle:
             return STALE
+        if self._births and post.message.cycle >= self._births[0]:
+            self._be_another(post.message.cycle)
         self._cycle, self._sense = post.message.cycle, post
         self._decides_ns = None  # it is too late for a decision still due
         return None
 
+    def _takes_in(self, arrived_ns: int) -> bool:
+        """Return whether a frame that arrives then finds somebody to decide on it."""
+        cycle = -(-(arrived_ns - self._wait_ns) // self._period_ns)
+        return self._attendance.takes_part(self.vehicle, max(0, cycle))
+
+    def _be_another(self, cycle: int) -> None:
+        """Begin anew, as the process does that takes the place of one that was killed."""
+        self._births = [one for one in self._births if one > cycle]
+        self._core = Vehicle(self._scenario, self.vehicle)
+        self._seen = SeenFrames()
+        from_ns = (cycle - 1) * self._period_ns + self._wait_ns
+        self._received = [post for post in self._received if post.message.time_ns > from_ns]
+
     def act(self, now_ns: int) -> list[Envelope]:
-        """Return the beacon or the command, whichever is due."""
+        """Return the beacon or the command, whichever is due; nothing more once it is dead."""
+        if self._dies_ns is not None and now_ns >= self._dies_ns:
+            self.done = True
+            return []
         if self._sense is not None:
             sense, self._sense = self._sense, None
             self._sensed_ns = sense.came_ns

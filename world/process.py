@@ -11,7 +11,7 @@ import zenoh
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
-from zenvoy.bus.errors import StalledError, StoppedError
+from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
 from zenvoy.bus.far_clock import offer_clock
 from zenvoy.bus.joining import OnArrival, offer
 from zenvoy.bus.realtime import RealtimeBus
@@ -138,6 +138,8 @@ def _run_in_real_time(
             recorder.log(EVENTS, now_ns, event.SerializeToString())
 
     bus.run(notice)
+    if world.lost:
+        raise VehicleLostError(world.lost, recorder.time_ns * 1e-9)
     # If vehicles have not heard each other for longer than beacons count, the run is incomplete.
     _look_at_channel(world, scenario.beacon_age_limit_ns)
 

@@ -12,9 +12,9 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import fault_in_timing
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.realtime import Post
-from zenvoy.bus.refusals import STALE, UNCLOCKED, RefusedError
+from zenvoy.bus.refusals import FOREIGN, STALE, UNCLOCKED, RefusedError
 from zenvoy.bus.topics import EVENTS, LINKS, Topic
-from zenvoy.scenarios import Scenario
+from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
 from zenvoy.world.realtime_rows import Came, frames_of, realtime_row
 
@@ -63,6 +63,7 @@ class RealtimeWorld:
         self._effect_ns = scenario.v2v_wait_ns + scenario.system_delay_ns
         self._hold_ns = scenario.beacon_age_limit_ns
         self._most_error_ns = scenario.max_clock_error_ns
+        self._attendance = attendance(scenario)
         self._overrun_ns = round(_OVERRUN_NS * scenario.speed)
         # Frames count in the decision of their own cycle, or of the next one (docs/decisions.md).
         self._decided_later = 0 if scenario.v2v_wait_ns else 1
@@ -87,6 +88,11 @@ class RealtimeWorld:
     def channel_silent_ns(self) -> int:
         """For how long vehicles have sent commands, and so beacons, but the channel no table."""
         return self._commanded_ns - self._linked_ns
+
+    @property
+    def lost(self) -> str:
+        """The process whose loss has ended the run."""
+        return self._core.lost
 
     def start(self, wall_start_ns: int) -> None:
         """Set the wall time of time 0, which the world tells vehicles and channel."""
@@ -151,6 +157,8 @@ class RealtimeWorld:
         command, came_ns = came
         if not self._newest[vehicle] < command.cycle < self._cycle:
             return STALE
+        if not self._attendance.takes_part(vehicle, command.cycle):
+            return FOREIGN
         self._newest[vehicle] = command.cycle
         command.effective_ns = max(command.effective_ns, came_ns)
         self._core.take_in([command])
@@ -190,7 +198,13 @@ class RealtimeWorld:
         ]
 
     def _release(self, until_ns: int) -> None:
-        """Let vehicles roll if they have sent no command for too long."""
+        """Let vehicles roll if they have sent no command for too long.
+
+        What a vehicle does whose process the scenario has killed or frozen is up to the scenario.
+        """
+        for vehicle in self._attendance.absences:
+            if not self._attendance.takes_part(vehicle, until_ns // self._period_ns):
+                self._acts_ns[vehicle] = until_ns
         for vehicle, acts_ns in self._acts_ns.items():
             ends_ns = acts_ns + self._hold_ns
             if ends_ns <= until_ns and vehicle not in self._silent:
@@ -218,7 +232,8 @@ class RealtimeWorld:
     def _rows_of(self, ended: _EndedCycle) -> list[Envelope]:
         """Return the rows of the log for a cycle that has ended."""
         cycle, start_ns = ended.cycle, ended.cycle * self._period_ns
-        frames = frames_of(cycle, start_ns, ended.tables, ended.receivers)
+        there = self._attendance.there(cycle + self._decided_later)
+        frames = frames_of(cycle, start_ns, ended.tables, ended.receivers, there)
         commands = {vehicle: came.command for vehicle, came in ended.commands.items()}
         timing = realtime_row(
             cycle=cycle,

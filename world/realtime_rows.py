@@ -30,18 +30,20 @@ def frames_of(
     time_ns: int,
     tables: Sequence[FrameTable],
     receivers: Sequence[pb.Command] | None,
+    there: Sequence[int],
 ) -> bytes:
     """Return the frames of a cycle as they are logged: a serialized pb.Frames.
 
     tables: those that arrived for the cycle, each with other senders. A single table stays as it
     is; several are joined. receivers: the commands whose decisions should use the frames, as far as
     they arrived; None if the run ends before. A frame that its receiver does not report there
-    missed that decision, and is logged as late.
+    missed that decision, and is logged as late. there: the vehicles that take part then; the
+    scenario lets the others miss it.
     """
     table = tables[0] if len(tables) == 1 else _joined(cycle, time_ns, tables)
     if receivers is None:
         return table.payload
-    missed = _missed(table.columns, receivers)
+    missed = _missed(table.columns, receivers, there)
     if not len(missed):
         return table.payload
     outcome = table.columns["outcome"].copy()
@@ -65,9 +67,9 @@ def _joined(cycle: int, time_ns: int, tables: Sequence[FrameTable]) -> FrameTabl
 
 
 def _missed(
-    columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command]
+    columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command], there: Sequence[int]
 ) -> NDArray[np.intp]:
-    """Return the rows of frames that were delivered but that no receiver reports."""
+    """Return the rows of frames that were delivered but that no receiver there reports."""
     reported = {
         (source, command.vehicle, arrived_ns)
         for command in receivers
@@ -75,7 +77,8 @@ def _missed(
             command.timing.source, command.timing.arrived_ns, strict=False
         )
     }
-    due = np.flatnonzero(columns["outcome"] == pb.OUTCOME_DELIVERED)
+    delivered = columns["outcome"] == pb.OUTCOME_DELIVERED
+    due = np.flatnonzero(delivered & np.isin(columns["destination"], there))
     rows = (columns[name][due].tolist() for name in ("source", "destination", "arrived_ns"))
     missed = [row not in reported for row in zip(*rows, strict=True)]
     return due[np.array(missed, dtype=np.bool_)]

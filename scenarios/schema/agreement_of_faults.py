@@ -9,11 +9,7 @@ from typing import TYPE_CHECKING
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.schema.fault import Amounts
 from zenvoy.scenarios.schema.faults import all_faults
-from zenvoy.scenarios.schema.faults_of_processes import (
-    ProcessFrozen,
-    ProcessKilled,
-    ProcessSlowed,
-)
+from zenvoy.scenarios.schema.faults_of_processes import ProcessFrozen, ProcessKilled
 from zenvoy.scenarios.schema.faults_of_transmitters import TransmitterBabbling
 from zenvoy.values.wording import trimmed
 
@@ -33,10 +29,6 @@ def faults_that_disagree(scenario: Scenario) -> Iterator[Problem]:
             yield Problem(key=f"{key}.type", text=text, related=related)
         if isinstance(fault, ProcessKilled):
             yield from _ends(fault, key, scenario)
-        of_process = isinstance(fault, ProcessKilled | ProcessFrozen | ProcessSlowed)
-        if of_process and scenario.clock == "realtime":
-            text = f"{fault.type} needs clock: lock-step"
-            yield Problem(key=f"{key}.type", text=text, related=("clock",))
     yield from _overlaps(scenario)
 
 

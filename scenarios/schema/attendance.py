@@ -72,6 +72,12 @@ class Attendance:
         """Return the absences that begin with the death of the vehicle's process."""
         return [one for one in self.absences.get(vehicle, ()) if one.killed is not None]
 
+    def lives(self, vehicle: int) -> list[range]:
+        """Return the cycles of each process of a vehicle, from its first to before its death."""
+        kills = self.kills(vehicle)
+        begins, ends = [0, *(k.end for k in kills)], [*(k.first for k in kills), self._cycles]
+        return [range(*ends_of) for ends_of in zip(begins, ends, strict=True)]
+
     def killed_at(self, cycle: int) -> list[int]:
         """Return the vehicles whose processes are killed at the start of a cycle, in order."""
         return [

@@ -154,11 +154,6 @@ def test_a_slowed_vehicle_acts_later_and_in_order(tmp_path: Path) -> None:
     ("settings", "fault", "line"),
     [
         (
-            {"clock": "realtime"},
-            {"type": "process-frozen"},
-            "faults.0.type: process-frozen needs clock: lock-step",
-        ),
-        (
             {},
             {"type": "process-killed", "at_s": 0.0},
             "faults.0.at_s: 0 is before the first cycle, so there is no process yet; allowed: "
