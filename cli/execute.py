@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -37,10 +38,11 @@ def execute(
     per_process: int = 1,
     waiting: Waiting | None = None,
     on_folder: Callable[[Path], None] = lambda _: None,
+    by_hand: socket.socket | None = None,
 ) -> int:
     """Run a scenario, and print its summary and its folder; return the exit code.
 
-    `on_folder` gets the folder before the run begins.
+    `on_folder` gets the folder before the run begins; `by_hand` is for `fleet.run`.
     """
     try:
         folder = make_folder(out, loaded.name)
@@ -66,7 +68,15 @@ def execute(
                     on_arrival=waiting.note,
                     on_idle=waiting.tell,
                 )
-            death = run(loaded, folder, engine, watch, guests=guests, per_process=per_process)
+            death = run(
+                loaded,
+                folder,
+                engine,
+                watch,
+                guests=guests,
+                per_process=per_process,
+                by_hand=by_hand,
+            )
     except Interrupted as interrupted:
         errors.print(str(interrupted))
         code = exits.INTERRUPTED

@@ -139,8 +139,8 @@ def run(
         raise typer.Exit(code)
     from zenvoy.cli.viewing import Viewer
 
-    with interruptible(), Viewer() as viewer:
-        code = run_it(on_folder=viewer.begin)
+    with interruptible(), Viewer(loaded.scenario, per_process) as viewer:
+        code = run_it(on_folder=viewer.begin, by_hand=viewer.by_hand)
         viewer.stay(code)
     raise typer.Exit(code)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import socket
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,18 +74,20 @@ def run(
     *,
     guests: Guests = NO_GUESTS,
     per_process: int = 1,
+    by_hand: socket.socket | None = None,
 ) -> Death | None:
     """Run a scenario and log it in a folder made by `make_folder`.
 
     The engine "arrays" runs only what `fleet.choice` allows. Returns the death of the process that
     ended the run early, if any; its `complete` says whether the run is complete all the same.
     `guests` and `per_process`, the number of vehicles in a process, apply to the engine "processes"
-    only. Raises Interrupted, and OSError if the system lacks disk, memory, processes or file
-    descriptors for the run.
+    only; so does `by_hand`, through which the world takes requests (`bus.by_hand`). Raises
+    Interrupted, and OSError if the system lacks disk, memory, processes or file descriptors for the
+    run.
     """
     (folder / EFFECTIVE).write_bytes(utf8(effective_json(loaded.scenario)))
     if engine == "processes":
-        return _run_on_processes(loaded, folder, watch, guests, per_process)
+        return _run_on_processes(loaded, folder, watch, guests, per_process, by_hand)
     try:
         run_alone(loaded, folder / LOG, engine, watch.on_progress)
     except LawError as error:
@@ -97,7 +100,12 @@ def run(
 
 
 def _run_on_processes(
-    loaded: Loaded, folder: Path, watch: Watch, guests: Guests, per_process: int
+    loaded: Loaded,
+    folder: Path,
+    watch: Watch,
+    guests: Guests,
+    per_process: int,
+    by_hand: socket.socket | None,
 ) -> Death | None:
     """Run world, channel and vehicles as processes.
 
@@ -140,6 +148,7 @@ def _run_on_processes(
             on_arrival=arrivals_to(write_fd),
             on_held_up=held_up_to(write_fd),
             all_elsewhere=guests.all_elsewhere,
+            by_hand=by_hand,
         )
         endpoints.write(folder)
         watch.on_endpoints(endpoints)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import socket
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -51,6 +52,7 @@ def process_table(
     on_arrival: OnArrival,
     on_held_up: Callable[[str], None],
     all_elsewhere: bool = False,
+    by_hand: socket.socket | None = None,
 ) -> list[Program]:
     """Return the programs of a run in the order of their start, except vehicles in `without`.
 
@@ -141,6 +143,7 @@ def process_table(
                 on_clock,
                 on_arrival,
                 on_held_up,
+                by_hand,
             ),
             on_orphaned=signal.SIGTERM,  # so that it finishes the log
         ),

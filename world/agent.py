@@ -29,6 +29,9 @@ Floats = NDArray[np.float64]
 
 _SENSE: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
 _SENSE_OF_FIRST: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("ahead", "wall_start_ns"))
+# A brake by hand is that of the paper.
+_BY_HAND_NS: Final = 2_000_000_000
+_BY_HAND_MPS2: Final = 3.0
 _WALL_START: Final = tag(pb.Sense.WALL_START_NS_FIELD_NUMBER, 1)
 
 
@@ -72,6 +75,7 @@ class World:
             mode: len(law_of(model).columns)
             for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
         }
+        self._brakes_by = min(_BY_HAND_MPS2, scenario.control.acceleration_limit_mps2)
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         self.stopped = False
         """Whether a collision, or the loss of a vehicle, has ended the run."""
@@ -97,6 +101,12 @@ class World:
     def let_roll(self, vehicle: int, from_ns: int) -> None:
         """Let a vehicle roll without acceleration from an instant until its next command."""
         self._fleet.let_roll(vehicle, from_ns)
+
+    def brake(self, vehicle: int, start_ns: int) -> None:
+        """Let a vehicle brake by hand from an instant on, which is not before now."""
+        span = (start_ns, start_ns + _BY_HAND_NS)
+        self._fleet.brake(vehicle, *span, self._brakes_by)
+        self._chronicle.brake(vehicle, span, self._brakes_by)
 
     def begin(self, cycle: int, wall_start_ns: int = 0) -> Begun:
         """Move the vehicles to the start of a cycle; after the end of the run, do nothing.

@@ -43,6 +43,12 @@ class Chronicle:
             events.append(pb.Event(time_ns=now_ns, kind=pb.EVENT_COLLISION, vehicle=index + 1))
         return [self._entry(event) for event in events]
 
+    def brake(self, vehicle: int, span_ns: tuple[int, int], deceleration: float) -> None:
+        """Schedule the entries of a brake by hand."""
+        text = f"{deceleration:g} m/s², by hand"
+        self._scheduled += _spell(vehicle, span_ns, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
+        self._scheduled.sort(key=lambda event: event.time_ns)
+
     def stop(self, now_ns: int, why: str) -> Envelope:
         """Return the entry of a run that ends early, at `now_ns`."""
         return self._entry(pb.Event(time_ns=now_ns, kind=pb.EVENT_STOPPED, text=why))

@@ -111,6 +111,10 @@ class Overrides:
             *(_braking(brake) for brake in brakes),
         ]
 
+    def brake(self, vehicle: int, start_ns: int, end_ns: int, deceleration: float) -> None:
+        """Let a vehicle brake that the scenario does not let brake; this overrides the scenario."""
+        self._all.append(Braking(vehicle, start_ns, end_ns, deceleration))
+
     def changes(self, after_ns: int, before_ns: int) -> set[int]:
         """Return the instants between the two times at which an acceleration changes."""
         return {t for override in self._all for t in override.changes(after_ns, before_ns)}

@@ -72,6 +72,10 @@ class Fleet:
             a = max(self._lowest[index], min(self._highest[index], command.acceleration))
             self._coming.setdefault(command.effective_ns, []).append((index, float(a)))
 
+    def brake(self, vehicle: int, start_ns: int, end_ns: int, deceleration: float) -> None:
+        """Let a vehicle brake between two instants, the first of them not before now."""
+        self._overrides.brake(vehicle, start_ns, end_ns, deceleration)
+
     def let_roll(self, vehicle: int, from_ns: int, acceleration: float = 0.0) -> None:
         """Set the acceleration of a vehicle (m/s²) from an instant on, until its next command."""
         self._coming.setdefault(from_ns, []).append((vehicle - 1, acceleration))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Final
@@ -9,6 +10,7 @@ from typing import Final
 import zenoh
 
 from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.by_hand import asked_to_brake
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
@@ -36,16 +38,18 @@ def run_world(
     on_clock: Callable[[pb.Clock], None],
     on_arrival: OnArrival,
     on_held_up: Callable[[str], None],
+    by_hand: socket.socket | None = None,
 ) -> None:
     """Run the world and log to the end of the run; raises BusError, or OSError for a full disk.
 
     `on_clock`, `on_arrival` and `on_held_up` tell the caller of its progress, of processes that
-    come and go, and now and then of a machine that holds up the run.
+    come and go, and now and then of a machine that holds up the run. In real time, requests of a
+    person come through `by_hand`.
     The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
     give_back_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
-        bus, run_to_end = _world_on_bus(scenario, wiring, recorder)
+        bus, run_to_end = _world_on_bus(scenario, wiring, recorder, by_hand)
 
         def tick(clock: pb.Clock) -> None:
             bus.publish(CLOCK, clock.SerializeToString())
@@ -80,14 +84,15 @@ def run_world(
 
 
 def _world_on_bus(
-    scenario: Scenario, wiring: Wiring, recorder: Recorder
+    scenario: Scenario, wiring: Wiring, recorder: Recorder, by_hand: socket.socket | None
 ) -> tuple[ZenohBus | RealtimeBus, Callable[[], None]]:
     """Return the bus with the world for the scenario's clock, and a function that runs it."""
     if scenario.clock == "realtime":
         world = RealtimeWorld(scenario)
         live = RealtimeBus(world, wiring, scenario.speed, recorder.log)
         recorder.overruns = lambda: world.overruns
-        return live, lambda: _run_in_real_time(live, world, recorder, scenario, wiring.absent)
+        absent = wiring.absent
+        return live, lambda: _run_in_real_time(live, world, recorder, scenario, absent, by_hand)
     stepped = LockStepWorld(scenario)
     bus = ZenohBus(stepped, wiring, recorder.log)
     recorder.held_up = lambda wall_ns: _in_words(stepped.pace.slowest(wall_ns), bus.hosts)
@@ -115,6 +120,7 @@ def _run_in_real_time(
     recorder: Recorder,
     scenario: Scenario,
     absent: frozenset[int],
+    by_hand: socket.socket | None,
 ) -> None:
     """Run to the end in real time, and log processes that are lost or come back as events."""
     start_ns = bus.start()
@@ -126,6 +132,9 @@ def _run_in_real_time(
     def notice() -> None:
         recorder.flush_if_due()  # a slow clock may have a second between cycles
         _look_at_channel(world, stall_ns)
+        if by_hand is not None:
+            for vehicle in asked_to_brake(by_hand):
+                world.brake(vehicle)
         for name, there in bus.comings_and_goings():
             if there != (name in lost):
                 continue  # it joins for the first time

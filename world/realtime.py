@@ -98,6 +98,11 @@ class RealtimeWorld:
         """Set the wall time of time 0, which the world tells vehicles and channel."""
         self._wall_start_ns = wall_start_ns
 
+    def brake(self, vehicle: int) -> None:
+        """Let a vehicle brake by hand from the next cycle on."""
+        if vehicle in self._vehicles and self._cycle < self._cycles:
+            self._core.brake(vehicle, self._cycle * self._period_ns)
+
     @property
     def due_ns(self) -> int:
         """When to log a cycle that has ended; if there is none, when the next one begins."""

@@ -25,6 +25,7 @@ def about(metadata: Mapping[str, Mapping[str, str]], scenario: Scenario) -> dict
     channel = scenario.channel
     return {
         "scenario": run.get("scenario", ""),
+        "run": run.get("run", ""),
         "description": printable(scenario.description),
         "seed": scenario.seed,
         "engine": {"zenoh": "processes"}.get(run.get("bus", ""), run.get("bus", "")),

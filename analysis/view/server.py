@@ -17,6 +17,7 @@ from tornado.httpserver import HTTPServer
 from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
 
 from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.view.controls import NO_CONTROLS, Controls
 from zenvoy.analysis.view.doors import refusal
 from zenvoy.analysis.view.watched import WatchedRun
 
@@ -65,7 +66,9 @@ def address_of(made: socket.socket) -> str:
     return f"http://{ADDRESS}:{made.getsockname()[1]}/"
 
 
-async def serve(path: Path, made: socket.socket, until: asyncio.Event) -> None:
+async def serve(
+    path: Path, made: socket.socket, until: asyncio.Event, controls: Controls = NO_CONTROLS
+) -> None:
     """Serve the page of the run logged at `path` until an event is set.
 
     The log may not exist yet. Raises LogError for a file that is not the log of a run.
@@ -73,7 +76,7 @@ async def serve(path: Path, made: socket.socket, until: asyncio.Event) -> None:
     run = WatchedRun(path)
     with ThreadPoolExecutor(1, "reader") as reader:  # one thread, because a run may have only one
         asked = _Asked()
-        server = HTTPServer(_application(run, reader, asked))
+        server = HTTPServer(_application(run, reader, asked, controls))
         server.add_socket(made)
         reading = asyncio.create_task(_follow(run, path, reader, asked))
         ending = asyncio.create_task(until.wait())
@@ -108,12 +111,15 @@ async def _follow(run: WatchedRun, path: Path, reader: ThreadPoolExecutor, asked
         await asyncio.sleep(0 if more else _PAUSE_S)
 
 
-def _application(run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked) -> Application:
-    given = {"run": run, "reader": reader, "asked": asked}
+def _application(
+    run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked, controls: Controls
+) -> Application:
+    given = {"run": run, "reader": reader, "asked": asked, "controls": controls}
     page = str(files("zenvoy.analysis.view") / "page")
     return Application(
         [
             *((f"/{name}", handler, given) for name, handler in _HANDLERS.items()),
+            ("/acts", _Acts, given),
             (r"/(.*)", _Page, {"path": page, "default_filename": "index.html"}),
         ],
         log_function=lambda _: None,
@@ -149,10 +155,13 @@ class _Page(_Guarded, StaticFileHandler):
 class _OfRun(_Guarded):
     """A handler that asks the run, in the thread that may use it."""
 
-    def initialize(self, run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked) -> None:
+    def initialize(
+        self, run: WatchedRun, reader: ThreadPoolExecutor, asked: _Asked, controls: Controls
+    ) -> None:
         """Take what the application gives."""
         self._run = run
         self._asked = asked
+        self._controls = controls
         self._reader = reader
 
     async def ask(self, question: Callable[..., Any], *arguments: Any) -> Any:
@@ -199,6 +208,28 @@ class _About(_OfRun):
 class _State(_OfRun):
     async def get(self) -> None:
         await self.answer(self._run.state, self.number("events", 0))
+
+
+class _Acts(_OfRun):
+    """What may be done to the run, and the doing of it."""
+
+    def get(self) -> None:
+        self.finish({"acts": list(self._controls.acts)})
+
+    async def post(self) -> None:
+        act = self.get_query_argument("act", "")
+        why = self._controls.refusal(self.request.headers.get("X-Zenvoy-Key", ""), act)
+        if why is not None:
+            self.set_status(403)
+            self.finish(why)
+            return
+        about = await self.ask(self._run.about)
+        vehicle = self.number("vehicle", 0)
+        if not 1 <= vehicle <= about["vehicles"]:
+            raise HTTPError(400)
+        if not self._controls.acts[act](vehicle, about["run"]):
+            self.set_status(409)
+            self.finish(f"{act}: vehicle {vehicle} has no process here any more")
 
 
 class _Cycles(_OfRun):

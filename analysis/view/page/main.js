@@ -1,4 +1,5 @@
 // Puts the page together: asks the server for the run, moves the time on, and draws.
+import { Acts } from "./acts.js";
 import { Channel } from "./channel.js";
 import { Surface } from "./canvas.js";
 import { Theme } from "./colours.js";
@@ -32,7 +33,7 @@ function trouble(text) {
 async function ask() {
   try {
     const isNew = await run.refresh();
-    trouble(run.faults[0] ?? "");
+    trouble(view.refused || (run.faults[0] ?? ""));
     if (run.begun) {
       if (!page) begin();
       playhead.reach(performance.now() / 1000, run.lastTime);
@@ -88,10 +89,12 @@ function begin() {
     select.dispatchEvent(new Event("change"));
   };
   const transport = new Transport(run, playhead, surface("marks"), theme, {
-    "[": () => step(-1), "]": () => step(1), t: () => theme.toggle(), c: cycle(get("colour")), r: cycle(get("radio")),
+    "[": () => step(-1), "]": () => step(1), t: () => theme.toggle(), b: () => page.acts.act("brake").catch(report), c: cycle(get("colour")), r: cycle(get("radio")),
     "?": () => get("keys").showModal(),
   });
   page.transport = transport;
+  page.acts = new Acts(run, { chosen: () => view.chosen[0], trouble: (text) => (view.refused = text) });
+  page.acts.learn().catch(report);
   radioLegend(get("radio-legend"));
   choose(about.chosen);
   get("colour").addEventListener("change", (event) => (view.colour = event.target.value));
@@ -237,6 +240,7 @@ function drawDiagrams() {
   page.load = page.channel.draw(to, playhead.time);
   page.events.draw(playhead.time);
   page.transport.draw();
+  page.acts.draw();
 }
 
 // Figures, legend and description of the road.

@@ -76,7 +76,12 @@ def open_page(browser: Browser, address: str) -> Iterator[Open]:
         page = context.new_page()
         page.set_default_timeout(_LIMIT_MS)
         page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on("request", lambda ask: None if ask.url.startswith(at) else faults.append(ask.url))
+        page.on(
+            "request",
+            lambda ask: (
+                None if ask.url.startswith(at.partition("#")[0]) else faults.append(ask.url)
+            ),
+        )
         page.goto(at)
         return page
 
@@ -271,6 +276,30 @@ def test_colours_are_those_of_matplotlib(open_page: Open) -> None:
     assert np.abs(np.array(found) - expected).max() < 12  # of 255
     brightness = np.array(found) @ [0.2126, 0.7152, 0.0722]
     assert all(low < high for low, high in pairwise(brightness))  # also without any colour
+
+
+def test_a_click_brakes_a_vehicle_of_a_run_in_real_time(open_page: Open, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text("{duration_s: 600, clock: realtime, fleet: {size: 4}}")
+    with command(tmp_path, "run", "s.yaml", "--out", "out", "--view") as shown:
+        address = address_in(shown)
+        key = shown.out.partition("/#")[2].split()[0]
+        page = open_page(f"{address}#{key}")
+        onlooker = open_page(address)
+        expect(page.locator("#badge")).to_have_text("live")
+        expect(page.locator("#time")).to_have_text(re.compile(r"^[1-9]"))  # it follows the run
+        page.locator("#brake").click()
+        braked = re.compile("vehicle 2 brakes, 3 m/s², by hand")
+        expect(page.locator("#events")).to_contain_text(braked)
+        expect(onlooker.locator("#events")).to_contain_text(braked)
+        expect(onlooker.locator("#brake")).to_be_hidden()
+        page.locator("#kill").click()
+        expect(page.locator("#kill")).to_have_text("Kill vehicle 2?")
+        page.locator("#kill").click()
+        expect(page.locator("#events")).to_contain_text("process lost: vehicle-02")
+        shown.send_to_group(signal.SIGINT)
+        assert shown.wait().code == 130
+        page.close()
+        onlooker.close()
 
 
 def test_a_page_that_is_closed_harms_no_run(open_page: Open, tmp_path: Path, run: Run) -> None:
