@@ -17,6 +17,7 @@ from zenvoy.cli.options import (
     CertsOption,
     DurationOption,
     InsecureOption,
+    PerProcessOption,
     RealtimeOption,
     RouterOption,
     ScenarioArgument,
@@ -27,6 +28,7 @@ from zenvoy.cli.options import (
     print_notes,
     scenario_of,
     the_endpoints,
+    the_per_process,
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.terminal import console, errors, refuse
@@ -53,10 +55,7 @@ def serve(
     ] = None,
     realtime: RealtimeOption = False,
     speed: SpeedOption = None,
-    per_process: Annotated[
-        int,
-        typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
-    ] = 1,
+    vehicles_per_process: PerProcessOption = "1",
     certs: CertsOption = None,
     insecure: InsecureOption = False,
     strict: StrictOption = False,
@@ -75,8 +74,7 @@ def serve(
         speed=speed,
         allow_code=allow_code,
     )
-    if per_process < 1:
-        refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    per_process = the_per_process(vehicles_per_process, loaded.scenario.fleet.size)
     if not listen and router is None:
         refuse("--listen or --router: is missing; allowed: where to listen, or a Zenoh router")
     from zenvoy.bus.vehicle_processes import vehicle_processes

@@ -10,6 +10,7 @@ import typer
 
 from zenvoy.cli.terminal import errors, refuse
 from zenvoy.fleet.engine import Choice, Engine
+from zenvoy.fleet.per_process import PerProcessError, per_process_of
 from zenvoy.scenarios import Loaded, ScenarioError, load
 from zenvoy.scenarios.reading.library import packaged
 
@@ -105,6 +106,24 @@ RouterOption = Annotated[
         metavar="tls/HOST:PORT", help="A Zenoh router for all processes; then nobody listens."
     ),
 ]
+
+
+PerProcessOption = Annotated[
+    str,
+    typer.Option(
+        "--vehicles-per-process",
+        metavar="N",
+        help="Neighbouring vehicles that share a process; auto: a process for each processor.",
+    ),
+]
+
+
+def the_per_process(asked: str, size: int) -> int:
+    """Return how many vehicles of a fleet of `size` share a process; for bad input, exit."""
+    try:
+        return per_process_of(asked, size)
+    except PerProcessError as error:
+        refuse(f"--vehicles-per-process {error}")
 
 
 def the_endpoints(

@@ -19,6 +19,7 @@ from zenvoy.cli.options import (
     DurationOption,
     EngineName,
     InsecureOption,
+    PerProcessOption,
     RealtimeOption,
     RouterOption,
     ScenarioArgument,
@@ -30,6 +31,7 @@ from zenvoy.cli.options import (
     print_notes,
     scenario_of,
     the_endpoints,
+    the_per_process,
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.terminal import console, errors, refuse, say
@@ -58,10 +60,7 @@ def run(
     ] = None,
     realtime: RealtimeOption = False,
     speed: SpeedOption = None,
-    per_process: Annotated[
-        int,
-        typer.Option("--vehicles-per-process", help="Neighbouring vehicles that share a process."),
-    ] = 1,
+    vehicles_per_process: PerProcessOption = "1",
     without: Annotated[
         list[int] | None,
         typer.Option(metavar="ID", help="Leave this vehicle to another program; repeatable."),
@@ -101,8 +100,7 @@ def run(
     )
     if loaded.scenario.clock == "realtime" and asked != "processes":
         refuse("clock: realtime needs processes; allowed: --engine processes")
-    if per_process < 1:
-        refuse(f"--vehicles-per-process {per_process}: is not at least 1")
+    per_process = the_per_process(vehicles_per_process, loaded.scenario.fleet.size)
     if (without or listen or router or per_process > 1) and asked != "processes":
         refuse(
             "--without, --listen, --router and --vehicles-per-process need processes; "

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
@@ -22,13 +22,15 @@ from numpy.typing import NDArray
 
 from zenvoy.vehicles.linear import Array, linear_model
 from zenvoy.vehicles.steps import Number
+from zenvoy.vehicles.transcribed import Matrix, Model, predicted, updated
 
 Objects = NDArray[np.object_]
 
 SETTLED: Final = 1e-13
 """The gain counts as settled when a step changes no entry of P by more than this share of P."""
 
-# Losses keep making new histories; after this many points they are computed but not kept.
+# Losses keep making new histories; after this many points they are computed but not kept, and
+# those of links in plain floats (`transcribed`).
 _KEEP: Final = 4_096
 
 
@@ -54,6 +56,10 @@ class GainSchedule:
         self._kalman = kalman_filter(period_s, acceleration_std, size)
         self._kalman.R = np.diag(variances).astype(object)
         self._kept = 0
+        kalman = self._kalman
+        self._model: Model | None = None
+        if size > 1:
+            self._model = Model(*(_flat(matrix) for matrix in (kalman.F, kalman.Q, kalman.R)))
         self.first = Covariance(np.diag(variances), np.eye(size).tolist())
 
     def step(self, before: Covariance, periods: int) -> Covariance:
@@ -61,7 +67,10 @@ class GainSchedule:
         known = before.after.get(periods)
         if known is not None:
             return known
-        after = self._compute(before, periods)
+        if self._model is not None and self._kept >= _KEEP:
+            after = _transcribed(before, periods, self._model)
+        else:
+            after = self._compute(before, periods)
         if self._kept < _KEEP or after is before:
             self._kept += 1
             before.after[periods] = after
@@ -79,6 +88,24 @@ class GainSchedule:
             if change <= SETTLED * max(map(abs, updated)):
                 return before
         return Covariance(kalman.P.astype(np.float64), kalman.K.tolist())
+
+
+def _transcribed(before: Covariance, periods: int, model: Model) -> Covariance:
+    """Return what `GainSchedule._compute` does, with filterpy's products one by one."""
+    P = start = _flat(before.P)
+    for _ in range(periods):
+        P = predicted(P, model)
+    P, K = updated(P, model)
+    if periods == 1:
+        change = max(abs(new - old) for new, old in zip(P, start, strict=True))
+        if change <= SETTLED * max(map(abs, P)):
+            return before
+    return Covariance(np.array(P).reshape(2, 2), [[K[0], K[1]], [K[2], K[3]]])
+
+
+def _flat(matrix: NDArray[Any]) -> Matrix:
+    a, b, c, d = matrix.ravel().tolist()
+    return a, b, c, d
 
 
 def kalman_filter(period_s: float, acceleration_std: float, size: int) -> KalmanFilter:

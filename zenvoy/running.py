@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
+from typing import Literal
 
 from pydantic import ValidationError
 
@@ -17,6 +18,7 @@ from zenvoy.fleet.choice import EngineError, choose
 from zenvoy.fleet.ends import Death, shortage_of
 from zenvoy.fleet.engine import CHOICES, Choice
 from zenvoy.fleet.folder import LOG, SUMMARY, FolderError, make_folder
+from zenvoy.fleet.per_process import PerProcessError, per_process_of
 from zenvoy.fleet.progress import Progress
 from zenvoy.fleet.run import Watch
 from zenvoy.fleet.run import run as run_in
@@ -32,6 +34,7 @@ def run(
     *,
     seed: int | None = None,
     engine: Choice = "processes",
+    vehicles_per_process: int | Literal["auto"] = 1,
     out: str | PathLike[str] | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> Run:
@@ -42,9 +45,10 @@ def run(
     "in-process" (all vehicles in this process, which is faster for a small fleet), "arrays" (the
     same arithmetic on arrays, which is faster still, but does not run every scenario) or "auto"
     ("arrays" where they run the scenario, else "in-process"). All write the same log, bit for bit.
-    `out` is the folder of the run, new or empty; by default it is `runs/<time>-<scenario>`.
-    `on_progress` is called several times a second, in this thread; an exception that it raises ends
-    the run.
+    `vehicles_per_process` is the number of neighbours that share a process; with "auto" there is a
+    process for each processor. `out` is the folder of the run, new or empty; by default it is
+    `runs/<time>-<scenario>`. `on_progress` is called several times a second, in this thread; an
+    exception that it raises ends the run.
 
     Nothing is printed. Ctrl-C raises KeyboardInterrupt, and the log so far is kept. The processes
     are forked from this one, which must not have opened a Zenoh session before.
@@ -59,6 +63,13 @@ def run(
     if what.scenario.clock == "realtime" and engine != "processes":
         raise errors.InputError('clock: realtime needs processes; allowed: engine="processes"')
     try:
+        per_process = per_process_of(vehicles_per_process, what.scenario.fleet.size)
+    except PerProcessError as error:
+        raise errors.InputError(f"vehicles_per_process: {error}") from error
+    if per_process > 1 and engine != "processes":
+        text = 'vehicles_per_process needs processes; allowed: engine="processes"'
+        raise errors.InputError(text)
+    try:
         chosen = choose(engine, what.scenario)
     except EngineError as error:
         raise errors.InputError(str(error)) from error
@@ -69,7 +80,7 @@ def run(
     log = folder / LOG
     watch = Watch() if on_progress is None else Watch(on_progress=on_progress)
     try:
-        death = run_in(what, folder, chosen.engine, watch)
+        death = run_in(what, folder, chosen.engine, watch, per_process=per_process)
         if death is not None and not death.complete:
             raise _lost(death, log)
         done = load(log)

@@ -22,6 +22,7 @@ from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.channel.realtime import RealtimeChannel
+from zenvoy.fleet.per_process import per_process_of
 from zenvoy.scenarios import Scenario, load
 from zenvoy.vehicles.shared_process import LockStepVehicles, RealtimeVehicles
 from zenvoy.world.lock_step import LockStepWorld
@@ -165,15 +166,17 @@ def fingerprint(log: Log) -> str:
 
 
 def test_processes_of_several_give_the_same_bits(tmp_path: Path) -> None:
-    """The last vehicle is alone, since 7 is no multiple of 2 or 3."""
+    """The last vehicle is alone, since 7 is no multiple of 2."""
     alone = fingerprint(run(tmp_path / "alone", LATE_AND_LOST, "--bus", "in-process"))
-    for per_process, name in (("2", "vehicle-07"), ("3", "vehicle-07"), ("40", "vehicles-01-07")):
+    for per_process in ("2", "auto", "40"):
+        number = per_process_of(per_process, 7)
         folder = tmp_path / per_process
         log = run(folder, LATE_AND_LOST, "--vehicles-per-process", per_process)
         assert fingerprint(log) == alone
-        assert log.metadata["zenvoy.run"]["vehicles_per_process"] == per_process
+        assert log.metadata["zenvoy.run"]["vehicles_per_process"] == str(number)
         logs = list((folder / "out" / "logs").iterdir())
-        assert f"{name}.log" in {file.name for file in logs}
+        names = {f"{process.name}.log" for process in vehicle_processes(7, number)}
+        assert names <= {file.name for file in logs}
         assert [file.name for file in logs if file.read_text()] == []  # nothing was refused
 
 
@@ -234,7 +237,14 @@ def test_in_lock_step_a_process_of_several_that_dies_ends_the_run(tmp_path: Path
     assert (pb.EVENT_PROCESS_LOST, 0, "vehicles-04-05") in events(tmp_path)
 
 
-def test_less_than_one_vehicle_per_process_is_refused(tmp_path: Path) -> None:
-    outcome = zenvoy(tmp_path, "run", "quickstart", "--vehicles-per-process", "0")
-    assert (outcome.code, outcome.err) == (2, "--vehicles-per-process 0: is not at least 1\n")
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ("0", "is not at least 1"),
+        ("many", "is no number of vehicles; allowed: 1 or more, or auto"),
+    ],
+)
+def test_no_number_of_vehicles_per_process_is_refused(tmp_path: Path, given: str, why: str) -> None:
+    outcome = zenvoy(tmp_path, "run", "quickstart", "--vehicles-per-process", given)
+    assert (outcome.code, outcome.err) == (2, f"--vehicles-per-process {given}: {why}\n")
     assert list(tmp_path.glob("runs")) == []

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from zenvoy.vehicles.estimator import Filter
-from zenvoy.vehicles.gains import Covariance, GainSchedule, gain_schedule, settle
+from zenvoy.vehicles.gains import Covariance, GainSchedule, _transcribed, gain_schedule, settle
 
 Floats = NDArray[np.float64]
 
@@ -90,6 +94,25 @@ def test_settling_beforehand_takes_the_same_steps() -> None:
         assert after is not point
         point = after
     assert settled(schedule, point) is point
+
+
+entries = st.floats(1e-6, 1e4)
+
+
+@given(st.tuples(entries, st.floats(-0.99, 0.99), entries), st.integers(1, 40), entries, entries)
+def test_plain_floats_give_the_bits_of_filterpy(
+    P: tuple[float, float, float], periods: int, r_gap: float, r_speed: float
+) -> None:
+    schedule = GainSchedule(PERIOD_S, ACCELERATION_STD, (r_gap, r_speed))
+    a, correlation, d = P
+    b = correlation * math.sqrt(a * d)
+    point = Covariance(np.array([[a, b], [b, d]]), [[1.0, 0.0], [0.0, 1.0]])
+    by_filterpy = schedule._compute(point, periods)
+    model = schedule._model
+    assert model is not None
+    found = _transcribed(point, periods, model)
+    assert found.P.tobytes() == by_filterpy.P.tobytes()
+    assert (found.K, found.std) == (by_filterpy.K, by_filterpy.std)
 
 
 def test_a_full_graph_stays_right() -> None:

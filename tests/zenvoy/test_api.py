@@ -120,6 +120,10 @@ def test_errors_have_the_messages_of_the_command(here: Path) -> None:
         zenvoy.scenario("s.yaml", seed=object())
     with pytest.raises(zenvoy.InputError, match=r"^engine: 'x' is not one of processes, in-proc"):
         zenvoy.run("s.yaml", engine="x")  # type: ignore[arg-type]  # what a user may write
+    with pytest.raises(zenvoy.InputError, match=r"^vehicles_per_process: 0: is not at least 1"):
+        zenvoy.run("s.yaml", vehicles_per_process=0)
+    with pytest.raises(zenvoy.InputError, match=r"^vehicles_per_process needs processes"):
+        zenvoy.run("s.yaml", vehicles_per_process="auto", engine="arrays")
     with pytest.raises(zenvoy.InputError, match=r"^clock: realtime needs processes"):
         zenvoy.run(zenvoy.scenario("s.yaml", clock="realtime"), engine="in-process")
     with pytest.raises(zenvoy.FolderError, match=r"^--out \.: is not empty"):
