@@ -10,7 +10,8 @@ import numpy as np
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import fault_in_beacon, fault_in_positions
-from zenvoy.bus.packed import PackedCodec
+from zenvoy.bus.flat import FlatEncoder
+from zenvoy.bus.packed import PackedCodec, encode_bytes
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.delivery import Air
@@ -21,6 +22,7 @@ from zenvoy.links.sent_frames import Scene
 from zenvoy.scenarios import Scenario
 
 _FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
+_LINKS: Final = FlatEncoder(pb.Links.DESCRIPTOR, leave_out=("frames", "late_host", "late_ns"))
 
 
 class Channel:
@@ -79,8 +81,8 @@ class Channel:
 
 def _links(scene: Scene, sent: Transmitted) -> Envelope:
     frames = frame_table(scene, sent)
-    links = pb.Links(cycle=scene.cycle, time_ns=scene.sent_ns, frames=frames)
-    return Envelope(LINKS, 0, links.SerializeToString())
+    head = _LINKS.encode(cycle=scene.cycle, time_ns=scene.sent_ns)
+    return Envelope(LINKS, 0, head + encode_bytes(pb.Links.FRAMES_FIELD_NUMBER, frames))
 
 
 def frame_table(scene: Scene, sent: Transmitted) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from zenvoy.bus.connection import Wiring
+from zenvoy.bus.memory import keep_large_blocks
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.channel.lock_step import LockStepChannel
@@ -15,6 +16,7 @@ def run_channel(scenario: Scenario, wiring: Wiring) -> None:
 
     Raises BusError.
     """
+    keep_large_blocks()
     shared = wiring.shared_processes
     if scenario.clock == "realtime":
         with RealtimeBus(RealtimeChannel(scenario, shared), wiring, scenario.speed) as bus:

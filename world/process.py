@@ -16,18 +16,20 @@ from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
 from zenvoy.bus.far_clock import offer_clock
 from zenvoy.bus.joining import OnArrival, offer
+from zenvoy.bus.memory import give_back_large_blocks, keep_large_blocks
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.values.wording import spans
 from zenvoy.world.lock_step import LockStepWorld
-from zenvoy.world.memory import give_back_large_blocks
 from zenvoy.world.pace import HeldUp
 from zenvoy.world.realtime import RealtimeWorld
 from zenvoy.world.recorder import Labels, Recorder
 
 _STEPS_BETWEEN: Final = 20  # between words on who holds up the run
+
+_LARGE_FLEET: Final = 250  # vehicles; their frames fill megabytes in every cycle
 
 
 def run_world(
@@ -47,7 +49,10 @@ def run_world(
     person come through `by_hand`.
     The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
-    give_back_large_blocks()
+    if scenario.fleet.size < _LARGE_FLEET:
+        give_back_large_blocks()
+    else:
+        keep_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
         bus, run_to_end = _world_on_bus(scenario, wiring, recorder, by_hand)
 
