@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := keyed_random values links laws scenarios bus vehicles channel world analysis fleet studies cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check docs mutants bench chaos soak conformance external-cpp picture proto clean
+.PHONY: setup demo test check docs site diagrams mutants bench chaos soak conformance external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -31,13 +31,24 @@ check: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy -p zenvoy
-	$(BIN)/mypy tests benchmarks examples/neighbourhood
+	$(BIN)/mypy tests benchmarks examples/neighbourhood docs/site
 
 # Makes docs/api.md from the docstrings of `import zenvoy`, and the tables of keys in docs/scenarios.md with
 # their JSON Schema. Tests fail when they are stale.
 docs: setup
 	$(BIN)/python -m tests.api_page
 	$(BIN)/python -m tests.scenario_reference
+
+# Builds the documentation as a site in build/site, for reading without internet.
+site: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+
+# Draws new diagrams of docs/ with npm's Mermaid. Needs Node >= 20 and Chromium.
+MERMAID := build/mermaid
+diagrams: setup
+	PUPPETEER_SKIP_DOWNLOAD=1 npm install --no-package-lock --no-audit --no-fund --silent --prefix $(MERMAID) \
+		@mermaid-js/mermaid-cli@11
+	$(BIN)/python -m docs.site.diagrams $(MERMAID)/node_modules/.bin/mmdc
 
 # Hits the processes of 500 runs with signals at random moments, and compares their ends with
 # docs/ends.md. Run it on an idle machine, because it also judges how long an end takes.

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from pathlib import Path
 from typing import Final
 
 from tests.conftest import zenvoy
+from tests.docs_blocks import named_blocks
 from zenvoy.analysis.log.load import load
 
 PAGE: Final = Path(__file__).parents[2] / "docs" / "extending.md"
 
 
-def blocks() -> list[tuple[str, str, str]]:
-    """Return language, file name ("" for commands) and text of each block of the page."""
-    text = PAGE.read_text("utf-8")
-    return [
-        (language, name, body)
-        for language, name, body in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```$", text, re.M | re.S)
-    ]
-
-
 def test_the_page_leads_from_an_empty_folder_to_a_comparison(tmp_path: Path) -> None:
     commands = []
-    for language, name, body in blocks():
+    for language, name, body in named_blocks(PAGE.read_text("utf-8")):
         if language == "sh":
             commands += body.splitlines()
         else:

@@ -1,0 +1,88 @@
+"""What MkDocs adds to docs/: pages from the top folder, the command reference, and diagrams.
+
+Pages link to each other as files of the repository, so that they work on a code host. Here the
+links to files outside docs/ become links to their pages in the site.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import posixpath
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT: Final = Path(__file__).parents[2]
+DIAGRAMS: Final = "diagrams"
+PAGES: Final = {  # by file in the repository
+    "README.md": "index.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+    "benchmarks/results.md": "benchmarks.md",
+    "docs/README.md": "all-pages.md",
+    "examples/external_vehicle/README.md": "external-vehicle-examples.md",
+}
+FILES: Final = {"bus/messages.proto": "messages.proto", "LICENSE": "LICENSE"}
+_FILE_OF: Final = {page: file for file, page in PAGES.items()}
+_LINK: Final = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)#\s]+)(?=[)#])")
+_DIAGRAM: Final = re.compile(r"```mermaid\n(.*?)```\n", re.DOTALL)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add what does not lie in docs/."""
+    for path, page in {**PAGES, **FILES}.items():
+        text = (ROOT / path).read_text(encoding="utf-8")
+        files.append(File.generated(config, page, content=text))
+    files.append(File.generated(config, "commands.md", content=commands()))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
+    """Point links into the site, and put pictures in place of diagrams."""
+    here = page.file.src_uri
+    markdown = _LINK.sub(lambda link: in_site(link[1], here), markdown)
+    return _DIAGRAM.sub(lambda source: _picture(source[1], here), markdown)
+
+
+def in_site(link: str, page: str) -> str:
+    """Return a link of a page, relative to its file in the repository, as one in the site."""
+    file = _FILE_OF.get(page, f"docs/{page}")
+    target = posixpath.normpath(posixpath.join(posixpath.dirname(file), link))
+    found = {**PAGES, **FILES}.get(target, target.removeprefix("docs/"))
+    if link.endswith("/") or (ROOT / target).is_dir():
+        found = f"{found}/README.md"
+    return posixpath.relpath(found, posixpath.dirname(page) or ".")
+
+
+def diagram_of(source: str) -> str:
+    """Return the name of the picture of a diagram, which changes with its source."""
+    return hashlib.sha256(source.encode()).hexdigest()[:12] + ".svg"
+
+
+def _picture(source: str, page: str) -> str:
+    name = diagram_of(source)
+    if not (ROOT / "docs" / DIAGRAMS / name).exists():
+        raise PluginError(f"{page}: a diagram has no picture {DIAGRAMS}/{name}; run make diagrams")
+    path = posixpath.relpath(f"{DIAGRAMS}/{name}", posixpath.dirname(page) or ".")
+    words = "sequence of messages" if source.startswith("sequence") else "arrows between parts"
+    return f'![Diagram: {words}]({path}){{ class="diagram" }}\n'
+
+
+def commands() -> str:
+    """Return the reference of the command line, made by Typer."""
+    arguments = ["zenvoy.cli.app", "utils", "docs", "--name", "zenvoy", "--title", "Commands"]
+    made = subprocess.run(
+        [sys.executable, "-m", "typer", *arguments],
+        check=True,
+        capture_output=True,
+        encoding="utf-8",
+        cwd=ROOT,
+    )
+    return made.stdout.replace("* `--help`", "* `-h, --help`")

@@ -1,0 +1,66 @@
+"""The site of the documentation builds without a warning, and needs no internet."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.conftest import LIMIT_S
+
+ROOT: Final = next(folder for folder in Path(__file__).parents if (folder / "Makefile").exists())
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the site as `make site` does, into a folder of its own."""
+    folder = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", folder],
+        check=False,
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=2 * LIMIT_S,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+    )
+    assert built.returncode == 0, built.stderr
+    assert "WARNING" not in built.stderr
+    return folder
+
+
+def test_every_page_is_in_the_site(site: Path) -> None:
+    pages = {path.stem for path in ROOT.glob("docs/*.md")} - {"README"}
+    made = {"index", "commands", "contributing", "changelog", "benchmarks"}
+    assert pages | made <= {path.stem for path in site.glob("*.html")}
+
+
+def test_pages_load_nothing_from_elsewhere(site: Path) -> None:
+    loads = re.compile(
+        r'<(?:script|img|link rel="(?:stylesheet|icon)")[^>]*(?:src|href)="(https?:)'
+    )
+    assert [page.name for page in site.rglob("*.html") if loads.search(page.read_text())] == []
+
+
+def test_every_command_is_in_the_reference(site: Path) -> None:
+    page = (site / "commands.html").read_text()
+    for command in ("run", "view", "sweep", "schema", "import"):
+        assert f"zenvoy {command}" in page
+
+
+def test_diagrams_are_pictures(site: Path) -> None:
+    page = (site / "architecture.html").read_text()
+    assert page.count('class="diagram"') == 3
+    assert "mermaid" not in page
+
+
+def test_the_gallery_has_every_picture_of_the_documentation() -> None:
+    shown = set(re.findall(r"!\[.*\]\((.*\.png)\)", (ROOT / "docs" / "gallery.md").read_text()))
+    docs = ROOT / "docs"
+    pictures = {path.relative_to(docs).as_posix() for path in docs.rglob("*.png")}
+    assert shown == {path for path in pictures if not path.startswith("view")}
