@@ -15,6 +15,17 @@ export function words(event) {
   return `${who}${what}${event.text ? colon + event.text : ""}`;
 }
 
+// The vehicles that have a fault at a time, or send no commands.
+export function troubled(events, time) {
+  const faulty = new Map(); // how many faults a vehicle has
+  for (const event of events) {
+    if (event.time > time + 1e-9) break;
+    const change = { FAULT: 1, SILENT: 1, FAULT_END: -1, SILENT_END: -1 }[event.kind];
+    if (change && event.vehicle) faulty.set(event.vehicle, (faulty.get(event.vehicle) ?? 0) + change);
+  }
+  return [...faulty].filter(([, count]) => count > 0).map(([vehicle]) => vehicle);
+}
+
 export const isBad = (event) => BAD.has(event.kind);
 
 export class Events {

@@ -67,6 +67,13 @@ export function drawLens(surface, scene, view) {
       g.lineWidth = 2.5;
       g.strokeRect(x - long - 3, y - 0.5 * em - 3, long + 6, em + 6);
     }
+    if (view.faulty.includes(i + 1)) {
+      g.strokeStyle = theme.lost;
+      g.lineWidth = 2;
+      g.beginPath();
+      g.arc(x - long / 2, y, 1.05 * em, 0, 7);
+      g.stroke();
+    }
     if (x - long / 2 < 1.2 * em || x - long / 2 > width - 1.2 * em) continue; // no room for words
     g.textAlign = "center";
     surface.font(0.85, i + 1 === chosen ? 700 : 400);

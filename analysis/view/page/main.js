@@ -1,9 +1,10 @@
 // Puts the page together: asks the server for the run, moves the time on, and draws.
 import { Acts } from "./acts.js";
-import { Channel } from "./channel.js";
 import { Surface } from "./canvas.js";
+import { Channel } from "./channel.js";
 import { Theme } from "./colours.js";
-import { Events } from "./events.js";
+import { Events, troubled } from "./events.js";
+import { Hover } from "./hover.js";
 import { colourLegend, radioLegend } from "./legends.js";
 import { drawLens } from "./lens.js";
 import { Playhead } from "./playhead.js";
@@ -78,6 +79,7 @@ function begin() {
     spacetime: new SpaceTime(surface("spacetime"), overview, about),
     channel: new Channel(surface("channel"), get("channel-legend"), overview, theme),
     charts: new Charts(run, get("charts"), theme, { remove, seek: (time) => transport.seek(time) }),
+    hover: new Hover(get("road"), get("hover")),
     tiles: new Tiles(get("tiles")),
     events: new Events(run, get("events"), get("event-count"), (time, vehicle) => {
       transport.seek(time);
@@ -199,6 +201,7 @@ function draw(now) {
     const since = exact - Math.ceil(HOLD / about.period) - SLOWEST;
     view.links.want(since, exact + Math.min(ahead, 60), exact + Math.min(ahead, 60) / 2).catch(report);
   }
+  if (page.place) page.hover.draw(page.place, page.scene, 1.2 * page.road.em);
   // What has not changed is not drawn again.
   const looks = [theme.version, Surface.resized, view.chosen.join(), view.colour, view.radio, get("upwards").value].join(" ");
   const data = [run.last, run.end, page.overview.times.length, pictures.version, charts.near.version, view.links?.version].join(" ");
@@ -225,6 +228,7 @@ function drawRoads(cycle, stride) {
   page.scene = scene;
   page.recent = { cycle, stride };
   view.scale = scale();
+  view.faulty = troubled(run.events, playhead.time).filter((vehicle) => vehicle <= scene.size);
   view.slow = !playhead.following && playhead.speed <= SLOW;
   page.place = drawRoad(page.road, scene, view);
   drawLens(page.lens, scene, view);
@@ -253,6 +257,7 @@ function drawWords(scene, { cycle, stride }) {
   page.tiles.show(scene, settled, wall > 0 ? (scene.before.cycle * about.period) / wall : NaN);
   const modes = view.colour === "mode" ? seen(scene) : [];
   colourLegend(get("legend"), view.colour, view.scale, modes, theme, about.modes[6]?.[0]);
+  get("faulty").hidden = view.faulty.length === 0;
   describe(scene);
 }
 

@@ -8,7 +8,7 @@ export function drawRoad(surface, scene, view) {
   const frames = view.links ? framesAt(scene, view) : [];
   drawFrames(g, surface, place, scene, frames);
   const paint = painter(view.colour, scene, view.scale, surface.theme);
-  drawVehicles(g, surface, place, scene, paint, view.chosen);
+  drawVehicles(g, surface, place, scene, paint, view);
   return place;
 }
 
@@ -112,7 +112,7 @@ function strip(surface, scene) {
   };
 }
 
-function drawVehicles(g, surface, place, scene, paint, chosen) {
+function drawVehicles(g, surface, place, scene, paint, { chosen, faulty }) {
   const { theme, em } = surface;
   const spacing = place.perMetre * (scene.about.ring ?? spread(scene)) / scene.size;
   const long = Math.max(2, Math.min(Math.max(scene.about.length * place.perMetre, 0.62 * em), 0.85 * spacing));
@@ -143,6 +143,14 @@ function drawVehicles(g, surface, place, scene, paint, chosen) {
     g.fill();
     g.lineWidth = hollow ? 2 : 1;
     g.strokeStyle = hollow ? fill : outline;
+    g.stroke();
+  }
+  g.strokeStyle = theme.lost;
+  g.lineWidth = 2;
+  for (const v of faulty) {
+    const [x, y] = place.at(scene.positions[v - 1] - long / 2 / place.perMetre);
+    g.beginPath();
+    g.arc(x, y, 0.6 * place.road_px, 0, 7);
     g.stroke();
   }
   g.textAlign = "center";

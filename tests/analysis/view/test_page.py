@@ -31,6 +31,7 @@ duration_s: 20
 fleet: {size: 8}
 channel: {loss: {p: 0.2}}
 events: [{type: brake, vehicle: 3, at_s: 5, duration_s: 2, deceleration_mps2: 3}]
+faults: [{type: sensor-blind, vehicles: 6, at_s: 8, duration_s: 3}]
 """
 _LIMIT_MS: Final = LIMIT_S * 1e3
 expect.set_options(timeout=_LIMIT_MS)
@@ -130,6 +131,35 @@ def test_vehicles_move_and_figures_are_those_of_the_log(open_page: Open, run: Ru
     assert tile(page, 1) == pytest.approx(run.truth["speed"][70].mean(), abs=0.006)
     expect(page.locator("#events .now")).to_contain_text("vehicle 3 stops braking")
     expect(page.locator("#lens-title")).to_have_text("Around vehicle 3")
+
+
+def test_a_fault_is_seen_and_the_mouse_finds_vehicles(open_page: Open) -> None:
+    page = ready(open_page())
+    expect(page.locator("#faulty")).to_be_hidden()
+    page.locator("#events button", has_text="vehicle 6 fault:").click()
+    expect(page.locator("#time")).to_have_text("8.0 / 20.0 s")
+    expect(page.locator("#faulty")).to_be_visible()
+    expect(page.locator("#lens-title")).to_have_text("Around vehicle 6")
+    page.locator("#events button", has_text="vehicle 6 fault over").click()
+    expect(page.locator("#faulty")).to_be_hidden()
+    box = page.locator("#road").bounding_box()
+    assert box is not None
+    found = set()
+    radius = min(box["width"], box["height"]) / 2 - 32  # within a vehicle's reach of the ring
+    for part in range(60):
+        angle = 2 * np.pi * part / 60
+        x = box["x"] + box["width"] / 2 + radius * np.cos(angle)
+        y = box["y"] + box["height"] / 2 + radius * np.sin(angle)
+        page.mouse.move(x, y)
+        page.evaluate("() => new Promise(requestAnimationFrame)")
+        page.evaluate("() => new Promise(requestAnimationFrame)")
+        if page.locator("#hover").is_visible():
+            name = page.locator("#hover").inner_text().split(" · ")[0]
+            if name not in found:
+                found.add(name)
+                page.mouse.click(x, y)
+                expect(page.locator("#lens-title")).to_have_text(f"Around {name}")
+    assert found == {f"vehicle {number}" for number in range(1, 9)}
 
 
 def test_keys_do_what_they_say(open_page: Open) -> None:
