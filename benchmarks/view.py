@@ -6,6 +6,7 @@ time, and how often a page of 1,000 vehicles is drawn. Chromium draws without a 
 
 import os
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -75,6 +76,22 @@ def server_share(browser: Browser, folder: Path, *, open_page: bool) -> float:
         return share
 
 
+def lock_step_s(folder: Path, *, view: bool) -> float:
+    """Return the processor time of all processes of a run in lock-step, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    run = ["run", "paper/case-15", "--duration-s", "60", "--vehicles-per-process", "10"]
+    run += ["--out", str(folder / f"lock-step-{view}")]
+    if view:
+        with showing(*run, "--view") as (command, _):
+            log = folder / "lock-step-True" / "summary.json"
+            while command.poll() is None and not log.exists():
+                time.sleep(0.1)
+    else:
+        subprocess.run([ZENVOY, *run], check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
 def drawn(browser: Browser, folder: Path) -> tuple[float, float]:
     """Return frames per second of a page of 1,000 vehicles, and simulated time per wall time."""
     out = str(folder / "1000")
@@ -99,8 +116,13 @@ def main() -> None:
         sys.exit("chromium is not installed; apt-get install chromium")
     print(f"load before: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         folder = Path(name)
+        for view in (False, True):
+            spent_s = lock_step_s(folder, view=view)
+            print(
+                f"case 15 for 60 s in lock-step, --view {view}: {spent_s:.1f} s of processor time"
+            )
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         for open_page in (False, True):
             share = server_share(browser, folder, open_page=open_page)
             with_page = "with" if open_page else "without"
