@@ -26,6 +26,7 @@ channel: {loss: {p: 0.1}}
 """
 LONG: Final = STEPPED.replace("duration_s: 200", "duration_s: 100000")
 _CUT_S: Final = 3.0
+_SLOW_S: Final = 5.0
 
 
 @pytest.fixture
@@ -107,3 +108,25 @@ def test_a_host_that_is_lost_or_stuck_is_named(tmp_path: Path, hosts: list[Host]
         lost.send_to_group(signal.SIGCONT)
     assert outcome.code == 3
     assert re.match(r"vehicle-0[5-8]( and . more)? stalled: .* \(on c\)\n", outcome.err)
+
+
+def test_a_slow_host_is_named_as_the_one_that_holds_up_the_steps(
+    tmp_path: Path, hosts: list[Host]
+) -> None:
+    a, b, c = hosts
+    short = STEPPED.replace("duration_s: 200", "duration_s: 20")
+    patient = ("--set", f"stall_limit_s={LIMIT_S:g}")
+    with (
+        serving(tmp_path, a, short, *patient) as served,
+        joined(tmp_path, b, "1-4"),
+        joined(tmp_path, c, "5-8") as slow,
+    ):
+        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        slow.send_to_group(signal.SIGSTOP)
+        time.sleep(_SLOW_S)  # how long the host stands still is what is tested
+        slow.send_to_group(signal.SIGCONT)
+        outcome = served.wait()
+    assert (outcome.code, outcome.err) == (0, "")
+    said = read_log(tmp_path / "out" / "run.mcap").result["held_up"]
+    assert re.fullmatch(r"vehicles 5-8 on c held up \S+ % of the steps, by \S+ ms each", said)
+    assert said in outcome.out
