@@ -108,7 +108,7 @@ class Air:
         """
         ends = np.searchsorted(self._destination[due], vehicles, side="right")
         arrived_ns, beacon = self._arrived_ns[due], self._number[due] - self._first_number
-        receivers = np.array(vehicles)
+        receivers = np.array(vehicles, dtype=np.int64)  # there may be none
         times_ns = arrived_ns[ends - 1] if time_ns is None else np.full(len(vehicles), time_ns)
         whole = Delivery(
             cycle=cycle,

@@ -34,7 +34,7 @@ def _is(folder: Path, name: str, run: str, parent: int) -> bool:
     """Return whether a folder of /proc is that of the process."""
     try:
         title = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        after_name = (folder / "stat").read_text(errors="replace").rpartition(")")[2]
+        after_name = (folder / "stat").read_text("utf-8", errors="replace").rpartition(")")[2]
     except OSError:
         return False
     return title.split()[:3] == ["zenvoy", name, run] and after_name.split()[1] == str(parent)

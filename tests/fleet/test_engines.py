@@ -259,7 +259,7 @@ def test_check_prints_why_arrays_do_not_run_a_scenario(here: Path) -> None:
         (("--realtime",), "clock: realtime needs processes; allowed: --engine processes"),
         (
             ("--listen", "tcp/127.0.0.1:0"),
-            "--without, --listen and --vehicles-per-process need processes; "
+            "--without, --listen, --router and --vehicles-per-process need processes; "
             "allowed: --engine processes",
         ),
     ],

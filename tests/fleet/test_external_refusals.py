@@ -25,12 +25,12 @@ def test_in_lock_step_a_vehicle_that_does_not_join_is_named(tmp_path: Path) -> N
         (("--without", "0"), "--without 0: is not in [1, 20], the vehicles of fleet.size (20)"),
         (
             ("--without", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; "
+            "--without, --listen, --router and --vehicles-per-process need processes; "
             "allowed: --engine processes",
         ),
         (
             ("--vehicles-per-process", "2", "--bus", "in-process"),
-            "--without, --listen and --vehicles-per-process need processes; "
+            "--without, --listen, --router and --vehicles-per-process need processes; "
             "allowed: --engine processes",
         ),
         (
