@@ -39,7 +39,7 @@ def fleet_cpu_s(vehicles: int, per_process: str, duration_s: float) -> dict[str,
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as run:
             while run.poll() is None:
                 seen |= _children(run.pid)
-                time.sleep(0.1)
+                time.sleep(0.1)  # between samples: the last one before the end is what counts
         if run.returncode:
             raise RuntimeError(f"{' '.join(command)} ended with {run.returncode}")
     found: dict[str, float] = defaultdict(float)

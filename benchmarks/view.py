@@ -38,7 +38,7 @@ def showing(*arguments: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
                     break
                 if command.poll() is not None:
                     sys.exit(os.pread(out.fileno(), 10_000, 0).decode())
-                time.sleep(0.1)
+                time.sleep(0.1)  # the address decides, not the pause
             yield command, found[0].decode()
         finally:
             command.send_signal(signal.SIGINT)
@@ -67,9 +67,9 @@ def server_share(browser: Browser, folder: Path, *, open_page: bool) -> float:
         page = opened(browser, address, "live") if open_page else None
         children = psutil.Process(command.pid).children()
         (server,) = (child for child in children if "zenvoy view" in " ".join(child.cmdline()))
-        time.sleep(5.0)  # the imports and the first look are over
+        time.sleep(5.0)  # a server that has settled is what is measured, and nothing announces that
         before, begun = used_s(server), time.monotonic()
-        time.sleep(SHOWN_S)
+        time.sleep(SHOWN_S)  # the time over which the mean is taken
         share = (used_s(server) - before) / (time.monotonic() - begun)
         if page is not None:
             page.close()
@@ -85,7 +85,7 @@ def lock_step_s(folder: Path, *, view: bool) -> float:
         with showing(*run, "--view") as (command, _):
             log = folder / "lock-step-True" / "summary.json"
             while command.poll() is None and not log.exists():
-                time.sleep(0.1)
+                time.sleep(0.1)  # the summary decides, not the pause
     else:
         subprocess.run([ZENVOY, *run], check=True, stdout=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -20,8 +20,8 @@ def pause(for_s: float = 0.0002) -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    # This waits for nothing in particular: it keeps a poll from taking a core that the fleet needs.
-    # The results of a cycle depend on which messages have arrived, never on when a caller looks.
+    # The sleep synchronises nothing. It keeps a poll from taking a core that the fleet needs, and
+    # what a cycle computes depends on the messages that have arrived, never on when a caller looks.
     time.sleep(for_s)
 
 

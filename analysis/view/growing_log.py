@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from io import BytesIO
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import BinaryIO, Final, NamedTuple
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -74,29 +75,16 @@ class GrowingLog:
         before = self._at
         try:
             with self.path.open("rb") as file:
-                size = file.seek(0, 2)
-                file.seek(0)
+                size = file.seek(0, os.SEEK_END)
                 if self._at == 0:
-                    magic = file.read(len(MCAP0_MAGIC))
-                    if magic != MCAP0_MAGIC[: len(magic)]:
-                        raise LogError(f"{self.path}: not an MCAP file")
-                    if len(magic) < len(MCAP0_MAGIC):
-                        return False
-                    self._at = len(magic)
-                while not self.whole and self._at + HEAD.size <= size:
+                    self._at = self._begin(file)
+                while self._at and not self.whole and self._at + HEAD.size <= size:
                     file.seek(self._at)
                     opcode, length = HEAD.unpack(file.read(HEAD.size))
                     start = self._at + HEAD.size
                     if opcode == 0 or start + length > size:
                         break  # a record that is not complete, or a file that is cut
-                    if opcode == Opcode.CHUNK:
-                        self.chunks.append(Place(start, length, *_TIMES.unpack(file.read(16))))
-                    elif opcode in {Opcode.METADATA, Opcode.ATTACHMENT, Opcode.CHANNEL}:
-                        if length > _MAX_RECORD_BYTES:
-                            raise DamageError(f"a record of {length} bytes")  # noqa: TRY301
-                        self._keep(opcode, file.read(length))
-                    self.loose = self.loose or opcode == Opcode.MESSAGE
-                    self.whole = opcode == Opcode.FOOTER
+                    self._look(file, opcode, start, length)
                     self._at = start + length
         except OSError as error:
             raise LogError(f"{self.path}: {error.strerror}") from error
@@ -115,6 +103,28 @@ class GrowingLog:
             raise LogError(f"{self.path}: {error.strerror}") from error
         except (DamageError, McapError, struct.error, ValueError) as error:
             raise LogError(f"{self.path}: damaged at byte {place.at}: {error}") from error
+
+    def _begin(self, file: BinaryIO) -> int:
+        """Return where the records begin, or 0 while the file has no whole beginning.
+
+        Raises LogError if it is no MCAP file.
+        """
+        file.seek(0)
+        magic = file.read(len(MCAP0_MAGIC))
+        if magic != MCAP0_MAGIC[: len(magic)]:
+            raise LogError(f"{self.path}: not an MCAP file")
+        return len(magic) if len(magic) == len(MCAP0_MAGIC) else 0
+
+    def _look(self, file: BinaryIO, opcode: int, start: int, length: int) -> None:
+        """Note a record, whose body the file reads next; raises DamageError if it is too long."""
+        if opcode == Opcode.CHUNK:
+            self.chunks.append(Place(start, length, *_TIMES.unpack(file.read(_TIMES.size))))
+        elif opcode in {Opcode.METADATA, Opcode.ATTACHMENT, Opcode.CHANNEL}:
+            if length > _MAX_RECORD_BYTES:
+                raise DamageError(f"a record of {length} bytes")
+            self._keep(opcode, file.read(length))
+        self.loose = self.loose or opcode == Opcode.MESSAGE
+        self.whole = opcode == Opcode.FOOTER
 
     def _keep(self, opcode: int, body: bytes) -> None:
         """Keep a record that is of use."""

@@ -82,8 +82,8 @@ async def serve(
         ending = asyncio.create_task(until.wait())
         try:
             done, _ = await asyncio.wait({reading, ending}, return_when=asyncio.FIRST_COMPLETED)
-            if reading in done and reading.exception() is not None:
-                raise reading.exception()  # type: ignore[misc]  # it is not None
+            if reading in done:
+                await reading  # so that an error of it ends the server
             await ending
         finally:
             server.stop()

@@ -23,6 +23,7 @@ from zenvoy.analysis.log.load import Run, load
 from zenvoy.links.distance import gaps
 
 CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
+# A browser is no package of Python, so a fresh machine may have none; .ci/run installs it.
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None, reason="chromium is not installed; apt-get install chromium"
 )
