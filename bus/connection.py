@@ -3,47 +3,26 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import Any, Self, cast
 
 import zenoh
 
+from zenvoy.bus.admission import Admission
 from zenvoy.bus.agent import Envelope, Log, Participant, decoders_of
-from zenvoy.bus.bundles import Bundle, Parcel, parcels_in
+from zenvoy.bus.bundles import Bundle
 from zenvoy.bus.doorkeeper import Doorkeeper
-from zenvoy.bus.doors import Doors
-from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.hosts import watch_hosts
 from zenvoy.bus.latecomers import Latecomers
-from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, Joiner, split
-from zenvoy.bus.refusals import FOREIGN, MALFORMED, Refusals
+from zenvoy.bus.parts import MAX_PAYLOAD_BYTES, split
+from zenvoy.bus.presence import Presence
+from zenvoy.bus.refusals import Refusals
 from zenvoy.bus.session import open_session
-from zenvoy.bus.topics import TOPICS, Topic, alive_key, vehicle_name
-from zenvoy.bus.vehicle_processes import VehicleProcess
+from zenvoy.bus.streams import Streams
+from zenvoy.bus.topics import Topic, alive_key
 from zenvoy.bus.watch import Blame, Watch
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Wiring:
-    """The run and fleet of a process, its endpoints, and the processes that it waits for."""
-
-    run: str
-    vehicles: Sequence[int]
-    listen: tuple[str, ...] = ()
-    connect: tuple[str, ...] = ()
-    waits_for: tuple[str, ...] = ()  # processes that must be ready before this one is
-    stall_limit_s: float | None = None
-    absent: frozenset[int] = frozenset()  # vehicles that may join later; nobody waits for them
-    shared_processes: tuple[VehicleProcess, ...] = ()  # processes that run several vehicles each
-    doors: Doors | None = None  # for TLS endpoints
-    public: frozenset[str] = frozenset()  # names of the streams that observers may read
-    router: bool = False  # whether it connects to a Zenoh router, and nobody listens
-    patient: bool = False  # whether it waits for the others without a limit before it begins
-    far: bool = False  # whether the world runs on another machine, with another clock
-    clock_error_ns: int = 0  # in real time: how far the clocks of other machines may be off
+from zenvoy.bus.wiring import Wiring
 
 
 class Connection(ABC):
@@ -63,35 +42,23 @@ class Connection(ABC):
         self._log = log
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
         self._publishers: dict[str, zenoh.Publisher] = {}
-        self._shared_by = {
-            vehicle: process for process in wiring.shared_processes for vehicle in process.vehicles
-        }
-        self._keys = {
-            (topic, vehicle): self._key(topic, vehicle)
-            for topic in TOPICS
-            if topic.is_open(wiring.public)
-            for vehicle in (wiring.vehicles if topic.per_vehicle else (0,))
-        }
-        self._owners = self._owners_by_key()
-        self._joiner = Joiner()
+        self._streams = Streams(participant, wiring)
+        self._keys, self._shared_by = self._streams.keys, self._streams.shared_by
+        self.refusals = Refusals(participant.name)
+        """The messages that were refused."""
+        self._admission = Admission(self._streams.owners, self._decoders, self.refusals)
         self._awaited = Blame("")
         self._watch = Watch(wiring.stall_limit_s, self._blame, self._idle)
-        self._alive: zenoh.Subscriber[Any] | None = None
+        self._presence = Presence(
+            {*wiring.waits_for, *self._streams.driven}, 4 * len(wiring.vehicles) + 64
+        )
         self._doorkeeper: Doorkeeper | None = None
-        self._tokens = deque[tuple[str, bool]](maxlen=self._most_tokens)
-        self._ready: set[str] = set()  # processes whose tokens are there
-        self._started = Counter[str]()  # how often a process has become ready
-        names = (vehicle_name(vehicle, len(wiring.vehicles)) for vehicle in wiring.vehicles)
-        shared = (process.name for process in wiring.shared_processes)
-        self._names = frozenset({*wiring.waits_for, *names, *shared})
         self._latecomers = Latecomers() if wiring.patient else None
         self._hosts: zenoh.Subscriber[None] | None = None
         self.on_open: Callable[[zenoh.Session], None] = lambda _: None
         """Called with the session before any waiting begins."""
         self.on_idle: Callable[[], None] = lambda: None
         """Called now and then during a long wait."""
-        self.refusals = Refusals(participant.name)
-        """The messages that were refused."""
 
     @property
     def session(self) -> zenoh.Session:
@@ -177,11 +144,6 @@ class Connection(ABC):
         for piece, attachment in split(payload):
             publisher.put(piece, attachment=attachment)
 
-    def _key(self, topic: Topic[Any], vehicle: int) -> str:
-        """Return the key of a topic of a vehicle (0: none), or of its shared process."""
-        process, run = self._shared_by.get(vehicle), self._wiring.run
-        return topic.key(run, vehicle) if process is None else topic.shared_key(run, process.name)
-
     def lost_processes(self) -> list[str]:
         """Return the processes whose tokens have disappeared since the last call."""
         return [name for name, there in self.comings_and_goings() if not there]
@@ -191,64 +153,7 @@ class Connection(ABC):
 
         These are the changes since the last call.
         """
-        self._note_tokens()
-        found = list(self._tokens)
-        self._tokens.clear()
-        return found
-
-    def _note_tokens(self) -> None:
-        while self._alive is not None and (sample := self._alive.try_recv()) is not None:
-            name = str(sample.key_expr).rpartition("/")[2]
-            if name in self._names:  # other programs may declare tokens too
-                there = sample.kind == zenoh.SampleKind.PUT
-                self._count_start(name, there=there)
-                self._tokens.append((name, there))
-
-    def _count_start(self, name: str, *, there: bool) -> None:
-        """Note that the token of a process is there or gone; it may be reported twice."""
-        if there and name not in self._ready:
-            self._started[name] += 1
-        if there:
-            self._ready.add(name)
-        else:
-            self._ready.discard(name)
-
-    def _admitted(self, topic: Topic[Any], key: str, sample: zenoh.Sample) -> Sequence[Parcel]:
-        """Return the vehicles and payloads of a sample; none for a part, or if it is refused."""
-        owner = self._owners[topic].get(key)
-        if owner is None:
-            self.refusals.add(FOREIGN, key)
-            return ()
-        payload = sample.payload.to_bytes()
-        attachment = sample.attachment
-        try:
-            if attachment is not None:
-                whole = self._joiner.join(key, payload, attachment.to_bytes())
-                if whole is None:
-                    return ()
-                payload = whole
-            parcels = self._parcels_in(topic, owner, payload)
-        except PayloadError:
-            self.refusals.add(MALFORMED, key)
-            return ()
-        # A deletion has an empty payload, which protobuf would read as a message of zeros.
-        if not parcels or not all(payload for _, payload in parcels):
-            self.refusals.add(MALFORMED, key)
-            return ()
-        owners = {owner} if isinstance(owner, int) else owner
-        taken_apart = topic not in self._decoders
-        if taken_apart and not owners.issuperset(vehicle for vehicle, _ in parcels):
-            self.refusals.add(FOREIGN, key)
-            return ()
-        return parcels
-
-    def _parcels_in(
-        self, topic: Topic[Any], owner: int | frozenset[int], payload: bytes
-    ) -> list[Parcel]:
-        """Return the payloads in a message by vehicle; a bundle that stays whole has number 0."""
-        if isinstance(owner, int):
-            return [(owner, payload)]
-        return [(0, payload)] if topic in self._decoders else parcels_in(topic, payload)
+        return self._presence.changes()
 
     @property
     def hosts(self) -> dict[int, str]:
@@ -259,26 +164,14 @@ class Connection(ABC):
         """Keep the machines of vehicles, where other machines drive them."""
         if self._latecomers is None:
             return
-        vehicles = self._wiring.vehicles
-        driven: dict[str, Sequence[int]] = {
-            vehicle_name(one, len(vehicles)): (one,) for one in vehicles
-        }
-        driven |= {process.name: process.vehicles for process in self._wiring.shared_processes}
-        self._hosts = watch_hosts(self._session, self._wiring.run, driven, self._latecomers.hosts)
-
-    @property
-    def _most_tokens(self) -> int:
-        """The number of changes of tokens that may wait to be read."""
-        return 4 * len(self._wiring.vehicles) + 64
+        driven, hosts = self._streams.driven, self._latecomers.hosts
+        self._hosts = watch_hosts(self._session, self._wiring.run, driven, hosts)
 
     def _subscribe(self) -> None:
         """Declare one subscriber for each topic, whatever the number of vehicles."""
-        agent, run = self._participant, self._wiring.run
-        for topic in TOPICS:
-            if topic.reader == agent.role and topic.pattern is not None:
-                key = self._keys[topic, agent.vehicles[0]] if agent.vehicles else topic.keys(run)
-                handler = self._handler(topic)
-                self._subscribers[topic] = self._session.declare_subscriber(key, handler)
+        for topic in self._streams.owners:
+            key, handler = self._streams.read(topic), self._handler(topic)
+            self._subscribers[topic] = self._session.declare_subscriber(key, handler)
 
     @abstractmethod
     def _handler(self, topic: Topic[Any]) -> Any:
@@ -289,30 +182,15 @@ class Connection(ABC):
 
     def _declare_publishers(self) -> None:
         full = zenoh.CongestionControl.DROP if self.realtime else zenoh.CongestionControl.BLOCK
-        for key, reader in self._written(self._wiring.vehicles).items():
+        for key, reader in self._streams.written(self._wiring.vehicles).items():
             # A program that only looks on must not stop the run when it does not read.
             control = full if reader else zenoh.CongestionControl.DROP
             self._publishers[key] = self._session.declare_publisher(key, congestion_control=control)
 
-    def _written(self, fleet: Iterable[int]) -> dict[str, str]:
-        """Return the keys that it writes for a fleet, each with the process that reads it.
-
-        The process is "" if no reader is required.
-        """
-        agent = self._participant
-        return {
-            self._keys[topic, vehicle]: (
-                self._process(topic.reader, vehicle) if topic.reader and topic.is_awaited else ""
-            )
-            for topic in TOPICS
-            if topic.writer == agent.role and topic.is_open(self._wiring.public)
-            for vehicle in (agent.vehicles or fleet if topic.per_vehicle else (0,))
-        }
-
     def _wait_for_readers(self) -> None:
         """Wait until each publisher has a subscriber; earlier messages would be lost."""
         present = [one for one in self._wiring.vehicles if one not in self._wiring.absent]
-        for key, reader in self._written(present).items():
+        for key, reader in self._streams.written(present).items():
             if not reader:
                 continue
             publisher = self._publishers[key]
@@ -327,18 +205,11 @@ class Connection(ABC):
         absent = set(self._wiring.waits_for)
         if not absent:
             return
-        self._alive = self._session.liveliness().declare_subscriber(
-            alive_key(self._wiring.run),
-            zenoh.handlers.FifoChannel(self._most_tokens),
-            history=True,
-        )
+        self._presence.follow(self._session, self._wiring.run)
         while absent:
             late = sorted(absent)
             self._awaited = Blame(f"the start of {', '.join(late[:5])}", tuple(late))
-            sample = self._watch.wait(self._alive.recv)
-            name = str(sample.key_expr).rpartition("/")[2]
-            there = sample.kind == zenoh.SampleKind.PUT
-            self._count_start(name, there=there)
+            name, there = self._watch.wait(self._presence.wait)
             if there:
                 absent.discard(name)
                 self._watch.progressed()
@@ -351,29 +222,6 @@ class Connection(ABC):
         """
         return None if self._wiring.patient else self._awaited
 
-    def _process(self, role: str, vehicle: int) -> str:
-        """Return the name of the process of a role, or of a vehicle."""
-        if role != "vehicle":
-            return role
-        process = self._shared_by.get(vehicle)
-        return (
-            vehicle_name(vehicle, len(self._wiring.vehicles)) if process is None else process.name
-        )
-
     def _idle(self) -> None:
         """Call `on_idle` during a long wait."""
         self.on_idle()
-
-    def _owners_by_key(self) -> dict[Topic[Any], dict[str, int | frozenset[int]]]:
-        """Return the vehicle (0: none), or the set of vehicles, of each key that it reads."""
-        agent = self._participant
-        owners: dict[Topic[Any], dict[str, int | frozenset[int]]] = {}
-        for topic in TOPICS:
-            if topic.reader != agent.role or topic.pattern is None:
-                continue
-            streams = owners[topic] = {}
-            for vehicle in (agent.vehicles or self._wiring.vehicles) if topic.per_vehicle else (0,):
-                process = self._shared_by.get(vehicle)
-                vehicles = vehicle if process is None else frozenset(process.vehicles)
-                streams[self._keys[topic, vehicle]] = vehicles
-        return owners

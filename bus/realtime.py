@@ -18,11 +18,12 @@ from zenvoy.bus.agent import Envelope, Log, Participant
 from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.clock_bounds import Offset
-from zenvoy.bus.connection import Connection, Wiring
+from zenvoy.bus.connection import Connection
 from zenvoy.bus.errors import PayloadError, StalledError
 from zenvoy.bus.far_clock import FarClock, measured
 from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW
 from zenvoy.bus.topics import COMMAND, Topic
+from zenvoy.bus.wiring import Wiring
 
 _FOR_EVER_S: Final = 1e9
 _WAIT_S: Final = 0.5
@@ -221,7 +222,7 @@ class RealtimeBus(Connection):
 
     def _hear(self, sample: _Sample) -> None:
         topic, key = sample.topic, str(sample.sample.key_expr)
-        for vehicle, payload in self._admitted(topic, key, sample.sample):
+        for vehicle, payload in self._admission.parcels(topic, key, sample.sample):
             try:
                 message = topic.decode(payload)
             except PayloadError:

@@ -11,11 +11,12 @@ import zenoh
 
 from zenvoy.bus.agent import Agent, Barrier, Log, decoders_of
 from zenvoy.bus.clock import pause
-from zenvoy.bus.connection import Connection, Wiring
+from zenvoy.bus.connection import Connection
 from zenvoy.bus.latecomers import Latecomers
 from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.topics import Topic
 from zenvoy.bus.watch import Blame
+from zenvoy.bus.wiring import Wiring
 
 T = TypeVar("T")
 
@@ -94,14 +95,14 @@ class ZenohBus(Connection):
         """Wait until the next process of each vehicle is ready, so that it misses no message."""
         self._joining = True
         for vehicle in vehicles:
-            name = self._process("vehicle", vehicle)
+            name = self._streams.process("vehicle", vehicle)
             if vehicle in self._shared_by:
                 continue  # its process goes on, and has a new agent for it
             self._starts[name] += 1
             self._awaited = Blame(f"the start of {name}", (name,))
-            while self._started[name] < self._starts[name]:
+            while self._presence.started[name] < self._starts[name]:
                 self._watch.wait(pause)
-                self._note_tokens()
+                self._presence.note()
         self._joining = False
 
     def _empty_queues(self, but: Topic[Any] | None = None) -> bool:
@@ -116,7 +117,7 @@ class ZenohBus(Connection):
                 self._take_in(topic, sample)
                 found = True
         if self._barrier is not None:  # before the first step, `_wait_for_tokens` reads them
-            self._note_tokens()
+            self._presence.note()
         return found
 
     def _idle(self) -> None:
@@ -133,7 +134,7 @@ class ZenohBus(Connection):
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
-        for vehicle, payload in self._admitted(topic, key, sample):
+        for vehicle, payload in self._admission.parcels(topic, key, sample):
             reason = self._mailbox.put(topic, vehicle, payload)
             if reason is not None:
                 self.refusals.add(reason, key)
@@ -163,5 +164,5 @@ class ZenohBus(Connection):
         missing = self._mailbox.missing(self._barrier)
         if not in_any_case and any(topic.writer == "world" for topic, _ in missing):
             return None
-        culprits = dict.fromkeys(self._process(topic.writer, one) for topic, one in missing)
+        culprits = dict.fromkeys(self._streams.process(topic.writer, one) for topic, one in missing)
         return Blame(self._mailbox.describe_missing(self._barrier), tuple(culprits))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.memory import keep_large_blocks
 from zenvoy.bus.realtime import RealtimeBus
+from zenvoy.bus.wiring import Wiring
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.channel.realtime import RealtimeChannel

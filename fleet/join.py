@@ -12,11 +12,11 @@ import zenoh
 from pydantic import ValidationError
 from setproctitle import setproctitle
 
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, StoppedError
 from zenvoy.bus.joining import RunState, ask, at_end
 from zenvoy.bus.topics import plain_name, vehicle_name
+from zenvoy.bus.wiring import Wiring
 from zenvoy.fleet.certificates import doors_of
 from zenvoy.fleet.guests import read_endpoints
 from zenvoy.fleet.priority import prefer_latency, prefer_throughput

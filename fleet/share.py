@@ -16,12 +16,12 @@ import zenoh
 from pydantic import ValidationError
 
 from zenvoy.bus.clock_bounds import Offset
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.doors import Doors
 from zenvoy.bus.errors import NoAnswerError, SeveralRunsError, StoppedError
 from zenvoy.bus.joining import at_end
 from zenvoy.bus.topics import host_key, plain_name, vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess
+from zenvoy.bus.wiring import Wiring
 from zenvoy.fleet.asking import ask_in_child
 from zenvoy.fleet.certificates import doors_of
 from zenvoy.fleet.ends import Death

@@ -14,10 +14,10 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.access import SERVERS, access_control
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.joining import OnArrival
 from zenvoy.bus.topics import TRUTH, vehicle_name
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
+from zenvoy.bus.wiring import Wiring
 from zenvoy.channel.process import run_channel
 from zenvoy.fleet.certificates import certificate_of, doors_of, members_in
 from zenvoy.fleet.guests import RunEndpoints

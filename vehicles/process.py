@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import zenoh
 
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.session import give_way
 from zenvoy.bus.vehicle_processes import VehicleProcess
+from zenvoy.bus.wiring import Wiring
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.suited import suited

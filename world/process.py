@@ -12,13 +12,13 @@ import zenoh
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.by_hand import asked_to_brake
 from zenvoy.bus.clock import wall_ns
-from zenvoy.bus.connection import Wiring
 from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
 from zenvoy.bus.far_clock import offer_clock
 from zenvoy.bus.joining import OnArrival, offer
 from zenvoy.bus.memory import give_back_large_blocks, keep_large_blocks
 from zenvoy.bus.realtime import RealtimeBus
 from zenvoy.bus.topics import CLOCK, EVENTS, vehicle_name
+from zenvoy.bus.wiring import Wiring
 from zenvoy.bus.zenoh_bus import ZenohBus
 from zenvoy.scenarios import Scenario
 from zenvoy.values.wording import spans
