@@ -1,117 +1,19 @@
-"""The page in a real browser: headless Chromium, driven by Playwright."""
+"""The page in a real browser shows the run, does what its keys say, and harms nothing."""
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import signal
-from collections.abc import Callable, Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import expect
 
-from tests.analysis.view.pages import address_in
-from tests.conftest import LIMIT_S, command, wait_until
-from tests.logs import write_log
+from tests.analysis.view.pages import RING, Open, address_in, picture, ready, seconds, tile
+from tests.conftest import command, wait_until
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.links.distance import gaps
-
-CHROMIUM: Final = shutil.which("chromium") or shutil.which("chromium-browser")
-# A browser is no package of Python, so a fresh machine may have none; .ci/run installs it.
-pytestmark = pytest.mark.skipif(
-    CHROMIUM is None, reason="chromium is not installed; apt-get install chromium"
-)
-RING: Final = """
-duration_s: 20
-fleet: {size: 8}
-channel: {loss: {p: 0.2}}
-events: [{type: brake, vehicle: 3, at_s: 5, duration_s: 2, deceleration_mps2: 3}]
-faults: [{type: sensor-blind, vehicles: 6, at_s: 8, duration_s: 3}]
-"""
-_LIMIT_MS: Final = LIMIT_S * 1e3
-expect.set_options(timeout=_LIMIT_MS)
-
-Open = Callable[..., Page]
-
-
-@pytest.fixture(scope="module")
-def log(folder: Path) -> Path:
-    return write_log(folder / "ring.mcap", RING)
-
-
-@pytest.fixture(scope="module")
-def run(log: Path) -> Run:
-    return load(log)
-
-
-@pytest.fixture(scope="module")
-def address(log: Path, folder: Path) -> Iterator[str]:
-    with command(folder, "view", str(log), "--port", "0") as viewer:
-        yield address_in(viewer)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=sandbox)
-        yield started
-        started.close()
-
-
-@pytest.fixture
-def open_page(browser: Browser, address: str) -> Iterator[Open]:
-    """Return a function that opens a page; none may have an error, or ask another server."""
-    faults: list[str] = []
-    contexts = []
-
-    def open_it(at: str = address, width: int = 1280, height: int = 800, **options: Any) -> Page:
-        options.setdefault("reduced_motion", "reduce")  # so that it does not play by itself
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        contexts.append(context)
-        page = context.new_page()
-        page.set_default_timeout(_LIMIT_MS)
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on(
-            "request",
-            lambda ask: (
-                None if ask.url.startswith(at.partition("#")[0]) else faults.append(ask.url)
-            ),
-        )
-        page.goto(at)
-        return page
-
-    yield open_it
-    for context in contexts:
-        context.close()
-    assert faults == []
-
-
-def ready(page: Page) -> Page:
-    """Return a page that has read the whole run."""
-    expect(page.locator("#badge")).to_have_text("complete")
-    expect(page.locator("#tiles dd").nth(2)).not_to_have_text(re.compile("–"))
-    return page
-
-
-def seconds(page: Page) -> float:
-    """Return the time that the page shows."""
-    return float(page.locator("#time").inner_text().split("/")[0])
-
-
-def tile(page: Page, number: int) -> float:
-    return float(page.locator("#tiles dd span").nth(number).inner_text().replace("−", "-"))
-
-
-def picture(page: Page, name: str) -> str:
-    found: str = page.evaluate("name => document.getElementById(name).toDataURL()", name)
-    return found
 
 
 def test_vehicles_move_and_figures_are_those_of_the_log(open_page: Open, run: Run) -> None:
@@ -242,71 +144,6 @@ def test_two_pages_at_once_have_times_of_their_own(open_page: Open) -> None:
     other.keyboard.press("ArrowRight")
     expect(other.locator("#time")).to_have_text("2.0 / 20.0 s")
     expect(other.locator("#trouble")).to_be_hidden()
-
-
-@pytest.mark.parametrize(("width", "height"), [(400, 800), (1280, 800), (3840, 2160)])
-def test_the_page_fits_screens_of_every_size(open_page: Open, width: int, height: int) -> None:
-    page = ready(open_page(width=width, height=height))
-    size = page.evaluate("[document.documentElement.scrollWidth, document.body.scrollHeight]")
-    assert size[0] <= width
-    assert width < 900 or size[1] <= height
-    small = page.evaluate(
-        """() => [...document.querySelectorAll("body *")]
-            .filter((one) => one.checkVisibility() && one.textContent.trim())
-            .filter((one) => parseFloat(getComputedStyle(one).fontSize) < 9).length"""
-    )
-    assert small == 0
-    for name in ("road", "lens", "spacetime", "channel"):
-        box = page.locator(f"canvas#{name}").bounding_box()
-        assert box is not None
-        assert box["width"] > 0.3 * width
-        assert box["height"] > 60
-        assert box["x"] >= 0
-        assert box["x"] + box["width"] <= width
-    assert page.locator("#charts canvas").count() == 2
-
-
-def luminance(colour: str) -> float:
-    parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
-    linear = [
-        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
-    ]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def contrast(one: str, other: str) -> float:
-    low, high = sorted((luminance(one), luminance(other)))
-    return (high + 0.05) / (low + 0.05)
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_light_and_dark_can_be_read(open_page: Open, scheme: str) -> None:
-    page = ready(open_page(color_scheme=scheme))
-    assert page.evaluate("document.documentElement.dataset.theme") == scheme
-    names = ["panel", "text", "quiet", "warn", "truth", "estimate", "reading", "lost", "late"]
-    colours = page.evaluate(
-        """names => Object.fromEntries(names.map((name) => [name,
-            getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim()]))""",
-        names,
-    )
-    panel = colours.pop("panel")
-    for name, colour in colours.items():
-        least = 4.5 if name in {"text", "quiet", "warn"} else 2.5  # lines need less than words
-        assert contrast(panel, colour) >= least, name
-    shown = picture(page, "road")
-    page.keyboard.press("t")
-    assert page.evaluate("document.documentElement.dataset.theme") != scheme
-    expect(page.locator("#road")).to_be_visible()
-    wait_until(lambda: picture(page, "road") != shown, "the road is drawn in other colours")
-
-
-def test_colours_are_those_of_matplotlib(open_page: Open) -> None:
-    page = open_page()
-    found = page.evaluate("import('./colours.js').then((module) => module.cividis)")
-    expected = 255 * mpl.colormaps["cividis"](np.linspace(0, 1, len(found)))[:, :3]
-    assert np.abs(np.array(found) - expected).max() < 12  # of 255
-    brightness = np.array(found) @ [0.2126, 0.7152, 0.0722]
-    assert all(low < high for low, high in pairwise(brightness))  # also without any colour
 
 
 def test_a_click_brakes_a_vehicle_of_a_run_in_real_time(open_page: Open, tmp_path: Path) -> None:
