@@ -1,6 +1,7 @@
 """Helpers run the `zenvoy` command as its users do, and read the logs that it writes.
 
-Every wait is for a fact, never for a time. After LIMIT_S it fails and names the fact.
+Every wait is for a fact, never for a time. After LIMIT_S it fails and names the fact. The module is
+long because a command, its ends and its log are one idea to almost every test of processes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""A written scenario is read back, and any text loads or is refused."""
+"""A written scenario is read back, and any text loads or is refused.
+
+The module is long because its strategies draw a scenario with all its keys.
+"""
 
 from __future__ import annotations
 

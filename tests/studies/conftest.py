@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,9 @@ import pyarrow.parquet
 import pytest
 
 from tests.conftest import zenvoy
+from zenvoy.scenarios import ScenarioError
+from zenvoy.studies.sweeps.plan import plan_of
+from zenvoy.studies.sweeps.study_file import read_study
 
 # Nothing moves if the desired gap is the initial one: this is the optimum, and it is known.
 GAP = """
@@ -44,6 +48,20 @@ def write_study(folder: Path, text: str) -> Path:
     path = folder / "study.yaml"
     path.write_text(text)
     return path
+
+
+@pytest.fixture
+def refusal_of_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], list[str]]:
+    """Return a function that reads a study, which must be refused, and returns the lines."""
+    monkeypatch.chdir(tmp_path)
+
+    def read(text: str) -> list[str]:
+        write_study(tmp_path, text)
+        with pytest.raises(ScenarioError) as refused:
+            plan_of(read_study("study.yaml"))
+        return str(refused.value).splitlines()
+
+    return read
 
 
 @pytest.fixture(scope="module")

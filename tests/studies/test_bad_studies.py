@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.studies.conftest import write_study
 from zenvoy.scenarios import ScenarioError
-from zenvoy.studies.sweeps.plan import MOST_RUNS, plan_of
+from zenvoy.studies.sweeps.plan import MOST_RUNS
 from zenvoy.studies.sweeps.study_file import read_study
 
 AXIS = "axes: {channel.loss.p: [0, 0.5]}\n"
@@ -79,13 +80,9 @@ BAD = {
 
 @pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
 def test_a_bad_study_is_refused_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+    refusal_of_study: Callable[[str], list[str]], text: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    write_study(tmp_path, text)
-    with pytest.raises(ScenarioError) as refused:
-        plan_of(read_study("study.yaml"))
-    lines = str(refused.value).splitlines()
+    lines = refusal_of_study(text)
     assert any(BAD[text] in line for line in lines), lines
     if "stps" not in text:  # there, `steps` is missing too
         assert len(lines) == 1, lines

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow.parquet
 import pytest
 
 from tests.conftest import zenvoy
-from zenvoy.scenarios import ScenarioError
+from tests.studies.conftest import write_study
 from zenvoy.studies.sweeps.plan import plan_of
 from zenvoy.studies.sweeps.study_file import read_study
 
@@ -27,14 +28,8 @@ measures: [smallest_gap_m]
 """
 
 
-def written(folder: Path, text: str) -> Path:
-    path = folder / "study.yaml"
-    path.write_text(text)
-    return path
-
-
 def test_a_variant_changes_its_settings_and_no_others(tmp_path: Path) -> None:
-    plan = plan_of(read_study(written(tmp_path, STUDY)))
+    plan = plan_of(read_study(write_study(tmp_path, STUDY)))
     channels = [plan.cell(cell, 1).load().scenario.channel for cell in plan.cells]
     assert [(one.loss.p, one.technology.name) for one in channels] == [
         (0.05, "ieee80211p"),
@@ -46,7 +41,7 @@ def test_a_variant_changes_its_settings_and_no_others(tmp_path: Path) -> None:
 
 
 def test_a_table_has_the_names_of_variants(tmp_path: Path) -> None:
-    written(tmp_path, STUDY)
+    write_study(tmp_path, STUDY)
     outcome = zenvoy(tmp_path, "sweep", "study.yaml", "--out", "out")
     assert (outcome.code, outcome.err) == (0, ""), outcome
     rows = pyarrow.parquet.read_table(tmp_path / "out" / "table.parquet").to_pylist()
@@ -86,12 +81,8 @@ BAD = {
 
 @pytest.mark.parametrize("text", BAD, ids=range(len(BAD)))
 def test_bad_variants_are_refused_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+    refusal_of_study: Callable[[str], list[str]], text: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    written(tmp_path, text)
-    with pytest.raises(ScenarioError) as refused:
-        plan_of(read_study("study.yaml"))
-    lines = str(refused.value).splitlines()
+    lines = refusal_of_study(text)
     assert len(lines) == 1, lines
     assert BAD[text] in lines[0]
