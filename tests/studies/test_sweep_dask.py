@@ -163,6 +163,51 @@ def test_dead_workers_and_a_lost_scheduler_are_told(folder: Path, tmp_path: Path
     assert 1 <= finished(folder / "lost") < 8
 
 
+def test_a_scheduler_lost_before_its_answer_is_fetched_is_told(
+    folder: Path, tmp_path: Path
+) -> None:
+    """The task is done, and its answer is still at the worker when the scheduler dies."""
+    script = """if True:
+        import os, signal, sys
+        from pathlib import Path
+        from dask.distributed import Client
+        from zenvoy.studies.sweeps.cluster.crew import cluster_at
+        from zenvoy.studies.sweeps.errors import ClusterError
+        from zenvoy.studies.sweeps.plan import plan_of
+        from zenvoy.studies.sweeps.store import open_store
+        from zenvoy.studies.sweeps.study_file import read_study
+        from zenvoy.studies.sweeps.tasks import missing_tasks
+        address, scheduler = sys.argv[1], int(sys.argv[2])
+        study = read_study({
+            "scenario": "quickstart",
+            "engine": "in-process",
+            "duration_s": 0.1,
+            "settings": {"fleet.size": 3, "events": []},
+            "axes": {"channel.loss.p": [0]},
+            "seeds": 1,
+        })
+        plan, store = plan_of(study), open_store(Path("fetched"), study)
+        def states(dask_scheduler):
+            return [task.state for task in dask_scheduler.tasks.values()]
+        def then_lost():
+            yield from missing_tasks(plan, store, 1)
+            with Client(address, set_as_default=False) as observer:
+                while observer.run_on_scheduler(states) != ["memory"]:
+                    pass
+                os.kill(scheduler, signal.SIGKILL)
+        with cluster_at(address, print) as crew:
+            try:
+                list(crew.each_done(then_lost(), plan, store))
+            except ClusterError as error:
+                print(error)
+    """
+    with dask_cluster(tmp_path, workers=1) as cluster:
+        command = [sys.executable, "-c", script, cluster.address, str(cluster.scheduler.pid)]
+        outcome = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    lost = f"the Dask scheduler at {cluster.address} is lost"
+    assert outcome.stdout.splitlines()[-1:] == [lost], outcome.stderr
+
+
 def test_an_address_without_a_scheduler_ends_with_a_line(folder: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import Final
 
@@ -49,10 +50,8 @@ class DaskCrew:
     @property
     def threads(self) -> int:
         """The number of threads of the present workers; raises ClusterError."""
-        try:
+        with self._scheduler():
             return sum(self._client.nthreads().values())
-        except (OSError, RuntimeError) as error:
-            raise self._lost() from error
 
     @property
     def at_a_time(self) -> int:
@@ -78,7 +77,8 @@ class DaskCrew:
                     except ScenarioError as error:
                         yield Done(task, in_one_line(error))
                         continue
-                    future = self._client.submit(make, packed, self._needed, pure=False)
+                    with self._scheduler():
+                        future = self._client.submit(make, packed, self._needed, pure=False)
                     flying[future] = task
                     landed.add(future)
                 if not flying:
@@ -96,21 +96,29 @@ class DaskCrew:
 
     def _answer(self, future: Future[bytes]) -> Answer:
         """Return the answer of a task that has ended; raises ClusterError."""
-        if future.cancelled():
-            raise self._lost()
-        error = future.exception()
-        if error is None:
-            return answer_in(future.result())
-        if isinstance(error, KilledWorker):
-            return Answer(failure=killed(error))
-        if isinstance(error, UnlikeWorkerError):
-            raise ClusterError(str(error)) from error
-        if unlike := unlike_workers(self._client):  # the worker could not even load the task
-            raise ClusterError(unlike[0]) from error
+        with self._scheduler():
+            error = future.exception()
+            try:
+                if error is None:
+                    return answer_in(future.result())
+            except KilledWorker as died:  # after the task, and before its answer was fetched
+                error = died
+            if isinstance(error, KilledWorker):
+                return Answer(failure=killed(error))
+            if isinstance(error, UnlikeWorkerError):
+                raise ClusterError(str(error)) from error
+            if unlike := unlike_workers(self._client):  # the worker could not even load the task
+                raise ClusterError(unlike[0]) from error
         return Answer(failure=in_one_line(error))
 
-    def _lost(self) -> ClusterError:
-        return ClusterError(f"the Dask scheduler at {self._address} is lost")
+    @contextmanager
+    def _scheduler(self) -> Iterator[None]:
+        """Tell what any request raises whose scheduler has gone. It may go at every request."""
+        try:
+            yield
+        except (OSError, RuntimeError, CancelledError) as error:
+            text = f"the Dask scheduler at {self._address} is lost"
+            raise ClusterError(text) from error
 
 
 def killed(error: KilledWorker) -> str:
