@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,6 +13,8 @@ from typing import Final
 REQUESTS_TO_END: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 Handler = Callable[[int, FrameType | None], None]
+
+_raised: Final[list[int]] = []  # requests that have raised KeyboardInterrupt in `interruptible`
 
 
 def requests_to_end() -> Sequence[signal.Signals]:
@@ -28,18 +31,32 @@ def requests_to_end() -> Sequence[signal.Signals]:
 def interruptible() -> Iterator[None]:
     """Let a request to end raise KeyboardInterrupt, for code that has something to clean up.
 
-    Outside this context a request ends the command at once.
+    Outside this context a request ends the command at once. A library that calls back into Python
+    may turn KeyboardInterrupt into an error of its own; the context raises KeyboardInterrupt then.
     """
     with requests_to_end_handled_by(_interrupt):
-        yield
+        try:
+            yield
+        except Exception as error:
+            if _raised:
+                raise KeyboardInterrupt from error
+            raise
+        finally:
+            _raised.clear()
 
 
 @contextmanager
 def requests_to_end_handled_by(handler: Handler) -> Iterator[None]:
-    """Install a handler for requests to end, and restore the earlier ones on exit."""
+    """Install a handler for requests to end, and restore the earlier ones on exit.
+
+    The handler also gets a request whose KeyboardInterrupt a library has swallowed: otherwise only
+    code that handles it would come here.
+    """
     numbers = requests_to_end()
     before = [signal.signal(number, handler) for number in numbers]
     try:
+        while _raised and not isinstance(sys.exc_info()[1], KeyboardInterrupt):
+            handler(_raised.pop(), None)
         yield
     finally:
         for number, earlier in zip(numbers, before, strict=True):
@@ -65,5 +82,6 @@ def requests_held() -> Iterator[None]:
             signal.raise_signal(number)
 
 
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+def _interrupt(number: int, _frame: FrameType | None) -> None:
+    _raised.append(number)
     raise KeyboardInterrupt
