@@ -55,9 +55,9 @@ diagrams: setup
 chaos: setup
 	$(BIN)/python -m tests.chaos --runs 500
 
-# Tests that take minutes: 10,000 connections at the doors of a run.
+# Tests that take minutes: 10,000 connections at the doors of a run, and all commands of the documentation.
 soak: setup
-	$(BIN)/pytest -q -s tests/fleet/soak_intrusions.py
+	$(BIN)/pytest -q -s tests/fleet/soak_intrusions.py tests/cli/soak_page_commands.py
 
 # Changes 10,000 scenarios at random: each is refused with a message, or runs for 2 s without a NaN.
 mutants: setup
