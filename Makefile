@@ -101,6 +101,7 @@ picture:
 proto: setup
 	cd bus && ../$(BIN)/python -m grpc_tools.protoc -I . --plugin=../$(BIN)/protoc-gen-mypy \
 		--python_out=. --mypy_out=. messages.proto
+	$(BIN)/python -m tests.scene_schema
 
 clean:
 	rm -rf $(VENV) .typing runs build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

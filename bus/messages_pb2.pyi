@@ -1251,3 +1251,57 @@ class Event(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Event: _TypeAlias = Event  # noqa: Y015
+
+@_typing.final
+class FleetSummary(_message.Message):
+    """/fleet/summary, in logs with a scene: the fleet at a cycle in single numbers, to be plotted."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    CYCLE_FIELD_NUMBER: _builtins.int
+    TIME_NS_FIELD_NUMBER: _builtins.int
+    MEAN_SPEED_FIELD_NUMBER: _builtins.int
+    SPEED_RMS_FIELD_NUMBER: _builtins.int
+    SMALLEST_GAP_FIELD_NUMBER: _builtins.int
+    GAP_RMS_FIELD_NUMBER: _builtins.int
+    DELIVERED_FIELD_NUMBER: _builtins.int
+    LATE_FIELD_NUMBER: _builtins.int
+    LOST_FIELD_NUMBER: _builtins.int
+    COLLIDED_FIELD_NUMBER: _builtins.int
+    cycle: _builtins.int
+    time_ns: _builtins.int
+    mean_speed: _builtins.float
+    speed_rms: _builtins.float
+    """of the speeds from their mean"""
+    smallest_gap: _builtins.float
+    gap_rms: _builtins.float
+    """of the gaps from their mean"""
+    delivered: _builtins.int
+    """Frames of the newest /v2v/frames before this message, a row per receiver, by outcome.
+    by the first delivery after it was sent
+    """
+    late: _builtins.int
+    lost: _builtins.int
+    """or corrupted"""
+    collided: _builtins.int
+    def __init__(
+        self,
+        *,
+        cycle: _builtins.int = ...,
+        time_ns: _builtins.int = ...,
+        mean_speed: _builtins.float = ...,
+        speed_rms: _builtins.float = ...,
+        smallest_gap: _builtins.float = ...,
+        gap_rms: _builtins.float = ...,
+        delivered: _builtins.int = ...,
+        late: _builtins.int = ...,
+        lost: _builtins.int = ...,
+        collided: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["collided", b"collided", "cycle", b"cycle", "delivered", b"delivered", "gap_rms", b"gap_rms", "late", b"late", "lost", b"lost", "mean_speed", b"mean_speed", "smallest_gap", b"smallest_gap", "speed_rms", b"speed_rms", "time_ns", b"time_ns"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___FleetSummary: _TypeAlias = FleetSummary  # noqa: Y015

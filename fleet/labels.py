@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from zenvoy.bus.clock import stamp
 from zenvoy.bus.log_metadata import RunMetadata
+from zenvoy.bus.scene import Stage
 from zenvoy.bus.text import utf8
-from zenvoy.scenarios import Loaded, effective_json, own_laws
+from zenvoy.scenarios import Loaded, Scenario, effective_json, own_laws
 from zenvoy.world.recorder import Labels, metadata_of
 
 
@@ -29,6 +30,17 @@ def labels_of(loaded: Loaded, bus: str, per_process: int) -> Labels:
         # Paths are left out: a log must not reveal whose machine it was made on.
         laws=own_laws(scenario),
         notes=tuple(utf8(str(replace(note, place=None))).decode() for note in loaded.notes),
+        stage=stage_of(scenario) if scenario.log.scene else None,
+    )
+
+
+def stage_of(scenario: Scenario) -> Stage:
+    """Return what a scene of this scenario shows."""
+    return Stage(
+        vehicles=scenario.fleet.size,
+        ring_length_m=scenario.ring_length_m,
+        vehicle_length_m=scenario.fleet.length_m,
+        fast_mps=max(scenario.control.desired_speed_mps, *scenario.fleet.speeds_at_start_mps, 1.0),
     )
 
 

@@ -20,6 +20,8 @@ from zenvoy.bus.clock import WallClock
 from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, SCENARIO, Fingerprint
 from zenvoy.bus.log_metadata import LAWS, RESULT, RUN, ResultMetadata, RunMetadata, sealed
 from zenvoy.bus.log_writer import LogWriter
+from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
+from zenvoy.bus.scene_schema import scene_schema
 from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
 # If the world is killed, at most 0.5 s are lost: this and a cycle of real time.
@@ -44,6 +46,8 @@ class Labels:
     """Notes on the scenario, one line each."""
     laws: Mapping[str, str] = field(default_factory=dict)
     """Facts about the scenario's own laws, by mode."""
+    stage: Stage | None = None
+    """What the log's scene shows; None for a log without one."""
 
 
 class Recorder:
@@ -67,6 +71,8 @@ class Recorder:
         self._file = path.open("wb")
         self._writer = LogWriter(self._file)
         self._channels: dict[Topic[Any], int] = {}
+        self._scene = None if labels.stage is None else Scene(labels.stage)
+        self._of_scene: dict[str, int] = {}  # channels, by topic
         self.end = "complete"
 
     def __enter__(self) -> Self:
@@ -78,6 +84,8 @@ class Recorder:
         self._attach(EFFECTIVE, "application/json", self._labels.effective_json)
         for topic in LOGGED:
             self._register(topic)
+        if self._scene is not None:
+            self._register_scene()
         self._writer.flush()
         self.start_clock()
         return self
@@ -114,6 +122,10 @@ class Recorder:
         """Write one message with its simulation time."""
         self._fingerprint.add(topic.log_name, time_ns, payload)
         self._write(topic, time_ns, payload)
+        if self._scene is not None:
+            for name, drawn in self._scene.take(topic.log_name, payload).items():
+                at_ns = EPOCH_NS + time_ns
+                self._writer.add_message(self._of_scene[name], at_ns, drawn, at_ns)
         if topic is TRUTH:
             self._tick(time_ns)
 
@@ -158,6 +170,16 @@ class Recorder:
         self._channels[topic] = self._writer.register_channel(
             topic.log_name, MessageEncoding.Protobuf, schema
         )
+
+    def _register_scene(self) -> None:
+        for topic, message in SCENE_TOPICS.items():
+            own = message.startswith(f"{pb.DESCRIPTOR.package}.")
+            schema = self._writer.register_schema(
+                message, SchemaEncoding.Protobuf, _descriptors() if own else scene_schema()
+            )
+            self._of_scene[topic] = self._writer.register_channel(
+                topic, MessageEncoding.Protobuf, schema
+            )
 
     def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         if topic not in self._channels:

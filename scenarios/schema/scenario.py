@@ -78,6 +78,13 @@ class Beacons(Section):
     """`period_ms`: vehicles take turns, a cycle apart; false: all send at the same time."""
 
 
+class LogOptions(Section):
+    """What the log of a run contains beside its data."""
+
+    scene: bool = False
+    """Whether the log has the vehicles as a scene for 3D panels, see [foxglove.md](foxglove.md)."""
+
+
 _EXTENDS: Final = {
     "type": "string",
     "description": "The scenario from which this one differs.",
@@ -133,6 +140,8 @@ class Scenario(Section):
     """The filter of the estimates."""
     channel: Channel = Channel()
     """The radio channel."""
+    log: LogOptions = LogOptions()
+    """What the log contains beside its data."""
     events: Annotated[tuple[Event, ...], Field(strict=False)] = ()  # a list is allowed, too
     """Events of single vehicles, see below."""
     faults: Annotated[tuple[AnyFault, ...], Field(strict=False)] = ()  # a list is allowed, too
