@@ -80,6 +80,12 @@ def run(
         bool,
         typer.Option("--view", help="Show the run in the browser, and stay until Ctrl-C."),
     ] = False,
+    foxglove: Annotated[
+        bool,
+        typer.Option(
+            "--foxglove", help="Serve the run to Foxglove and Lichtblick, and stay until Ctrl-C."
+        ),
+    ] = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -87,6 +93,10 @@ def run(
 
     The folder also gets a summary and the text output of each process.
     """
+    if foxglove:
+        from zenvoy.cli.foxglove_viewing import refuse_without_foxglove
+
+        refuse_without_foxglove()
     asked = choice_of(engine, bus)
     clock = "realtime" if realtime else None
     loaded = scenario_of(
@@ -131,16 +141,13 @@ def run(
     from zenvoy.cli.execute import execute
 
     run_it = partial(execute, loaded, out, chosen.engine, console, errors, others, per_process)
-    if not view:
+    if not (view or foxglove):
         with interruptible():
             code = run_it()
         raise typer.Exit(code)
-    from zenvoy.cli.viewing import Viewer
+    from zenvoy.cli.shown import run_shown
 
-    with interruptible(), Viewer(loaded.scenario, per_process) as viewer:
-        code = run_it(on_folder=viewer.begin, by_hand=viewer.by_hand)
-        viewer.stay(code)
-    raise typer.Exit(code)
+    raise typer.Exit(run_shown(run_it, loaded.scenario, per_process, view, foxglove))
 
 
 def vehicle(

@@ -5,6 +5,7 @@ The command imports its own dependencies; app.py says why.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,13 +18,21 @@ def view(
     log: LogArgument,
     port: Annotated[
         int | None,
-        typer.Option(min=0, max=65_535, help="Port of the page [default: 8600, or a free one]."),
+        typer.Option(
+            min=0, max=65_535, help="Port [default: 8600, for Foxglove 8765, or a free one]."
+        ),
     ] = None,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Serve it to Foxglove and Lichtblick instead.")
+    ] = False,
 ) -> None:
     """Show a run in the browser, also one that goes on.
 
     Serves a page to this machine only, until Ctrl-C.
     """
+    if foxglove:
+        _to_foxglove(log, port)
+        return
     from zenvoy.analysis.log.records import LogError
     from zenvoy.analysis.view.server import PortError, address_of, listener
     from zenvoy.analysis.view.watched import WatchedRun
@@ -41,3 +50,30 @@ def view(
         show(log, made)
     except LogError as error:
         refuse(str(error))
+
+
+def _to_foxglove(log: Path, port: int | None) -> None:
+    from zenvoy.cli.foxglove_viewing import address_at, refuse_without_foxglove, serve_log
+
+    refuse_without_foxglove()
+    from zenvoy.analysis.log.records import LogError
+    from zenvoy.analysis.view.growing_log import GrowingLog
+    from zenvoy.analysis.view.server import PortError
+
+    begun = GrowingLog(log)
+    try:
+        begun.extend()  # so that a file which is no log is refused at once
+        if begun.whole and not begun.begun:
+            raise LogError(f"{log}: an MCAP file, but not the log of a run")  # noqa: TRY301
+        serve_log(
+            log,
+            port,
+            begun.vehicles,
+            lambda port: say(
+                f"{log} is served to Foxglove at {address_at(port)}  (Ctrl-C ends it)"
+            ),
+        )
+    except LogError as error:
+        refuse(str(error))
+    except PortError as error:
+        refuse(f"--{error}")

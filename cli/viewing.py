@@ -5,9 +5,8 @@ from __future__ import annotations
 import asyncio
 import os
 import secrets
-import signal
 import socket
-from contextlib import suppress
+from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -17,29 +16,28 @@ from zenvoy.analysis.view.controls import NO_CONTROLS, Controls
 from zenvoy.analysis.view.server import address_of, listener, serve
 from zenvoy.bus.by_hand import ask_to_brake, pair
 from zenvoy.bus.topics import vehicle_name
-from zenvoy.cli import exits
-from zenvoy.cli.terminal import errors, say
+from zenvoy.cli.beside import Beside, let_requests_end
+from zenvoy.cli.terminal import say
 from zenvoy.fleet.ending import kill_process
-from zenvoy.fleet.folder import LOG, LOGS
-from zenvoy.fleet.requests import requests_held, requests_to_end
-from zenvoy.fleet.spawn import Child, Program, spawn
+from zenvoy.fleet.folder import LOG
+from zenvoy.fleet.requests import requests_to_end
 from zenvoy.scenarios import Scenario
 
 _NAME: Final = "view"
-_YIELDS: Final = 10  # nice: where processors are scarce, the run comes first
 
 
 def show(log: Path, made: socket.socket, controls: Controls = NO_CONTROLS) -> None:
     """Serve the page of a log on a socket until a request to end; raises LogError."""
-    asyncio.run(_show(log, made, controls))
+    asyncio.run(until_asked_to_end(lambda until: serve(log, made, until, controls)))
 
 
-async def _show(log: Path, made: socket.socket, controls: Controls) -> None:
+async def until_asked_to_end(serve_it: Callable[[asyncio.Event], Awaitable[None]]) -> None:
+    """Serve something until an event that a request to end sets."""
     asked_to_end = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in requests_to_end():
         loop.add_signal_handler(number, asked_to_end.set)
-    await serve(log, made, asked_to_end, controls)
+    await serve_it(asked_to_end)
 
 
 class Viewer:
@@ -50,7 +48,7 @@ class Viewer:
     """
 
     def __init__(self, scenario: Scenario, per_process: int) -> None:
-        self._child: Child | None = None
+        self._beside = Beside(_NAME)
         self._size, self._per_process = scenario.fleet.size, per_process
         self._asks: socket.socket | None = None
         self.by_hand: socket.socket | None = None
@@ -64,25 +62,14 @@ class Viewer:
         """Start to show the run that will be logged in a folder, and print the address."""
         key = secrets.token_urlsafe(12)
         with listener(None) as made:
-            program = Program(
-                name=_NAME,
-                run=folder.name,
-                main=partial(self._show, folder / LOG, made, key, os.getpid()),
-                prefer=_yield_to_the_run,
-            )
-            with requests_held():
-                self._child = spawn(program, folder / LOGS / f"{_NAME}.log", lambda _: None)
+            main = partial(self._show, folder / LOG, made, key, os.getpid())
+            self._beside.start(folder, main)
             # What follows the # stays in the browser. It lets the page interfere with the run.
             say(f"the run is shown at {address_of(made)}{f'#{key}' if self._asks else ''}")
 
     def stay(self, code: int) -> None:
         """After a run that ended by itself, go on showing it until a request to end."""
-        if self._child is None or code == exits.INTERRUPTED:
-            return
-        say("the page stays until Ctrl-C")
-        with suppress(KeyboardInterrupt):
-            os.waitid(os.P_PIDFD, self._child.pidfd, os.WEXITED | os.WNOWAIT)
-            errors.print(f"the page has ended; see {self._child.log}")
+        self._beside.stay(code, "the page")
 
     def __exit__(
         self,
@@ -90,18 +77,14 @@ class Viewer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._child is not None:
-            self._child.signal(signal.SIGKILL)  # it has nothing to finish
-            os.waitpid(self._child.pid, 0)
-            os.close(self._child.pidfd)
-            self._child = None
+        self._beside.end()
         for end in (self._asks, self.by_hand):
             if end is not None:
                 end.close()
 
     def _show(self, log: Path, made: socket.socket, key: str, parent: int) -> None:
         """Show the run; this is the main function of the process beside it."""
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGTERM,))
+        let_requests_end()
         asks = self._asks
         if asks is None:
             show(log, made)
@@ -112,7 +95,3 @@ class Viewer:
                 vehicle_name(vehicle, self._size), run, parent
             )
         show(log, made, Controls(key=key, acts=acts))
-
-
-def _yield_to_the_run() -> None:
-    os.nice(_YIELDS)

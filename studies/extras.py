@@ -1,11 +1,16 @@
-"""Packages that only some studies need."""
+"""Packages that only some studies and servers need."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
 from typing import Final
 
-_EXTRAS: Final = {"distributed": "dask", "optuna": "tune", "pandas": "pandas"}
+_EXTRAS: Final = {
+    "distributed": "dask",
+    "foxglove": "foxglove",
+    "optuna": "tune",
+    "pandas": "pandas",
+}
 """The extra of Zenvoy that installs each."""
 
 

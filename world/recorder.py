@@ -12,7 +12,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
-from google.protobuf import descriptor_pb2
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from zenvoy.bus import messages_pb2 as pb
@@ -21,7 +20,7 @@ from zenvoy.bus.log_format import EFFECTIVE, EPOCH_NS, SCENARIO, Fingerprint
 from zenvoy.bus.log_metadata import LAWS, RESULT, RUN, ResultMetadata, RunMetadata, sealed
 from zenvoy.bus.log_writer import LogWriter
 from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
-from zenvoy.bus.scene_schema import scene_schema
+from zenvoy.bus.schemas import schema_of
 from zenvoy.bus.topics import CLOCK, LOGGED, TRUTH, Topic
 
 # If the world is killed, at most 0.5 s are lost: this and a cycle of real time.
@@ -70,9 +69,8 @@ class Recorder:
         self._fingerprint = Fingerprint()
         self._file = path.open("wb")
         self._writer = LogWriter(self._file)
-        self._channels: dict[Topic[Any], int] = {}
+        self._channels: dict[str, int] = {}
         self._scene = None if labels.stage is None else Scene(labels.stage)
-        self._of_scene: dict[str, int] = {}  # channels, by topic
         self.end = "complete"
 
     def __enter__(self) -> Self:
@@ -83,9 +81,10 @@ class Recorder:
         self._attach(SCENARIO, "application/yaml", self._labels.scenario_text)
         self._attach(EFFECTIVE, "application/json", self._labels.effective_json)
         for topic in LOGGED:
-            self._register(topic)
+            self._register(topic.log_name, topic.message.DESCRIPTOR.full_name)
         if self._scene is not None:
-            self._register_scene()
+            for name, message in SCENE_TOPICS.items():
+                self._register(name, message)
         self._writer.flush()
         self.start_clock()
         return self
@@ -121,11 +120,12 @@ class Recorder:
     def log(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
         """Write one message with its simulation time."""
         self._fingerprint.add(topic.log_name, time_ns, payload)
-        self._write(topic, time_ns, payload)
+        if topic.log_name not in self._channels:
+            self._register(topic.log_name, topic.message.DESCRIPTOR.full_name)
+        self._write(topic.log_name, time_ns, payload)
         if self._scene is not None:
             for name, drawn in self._scene.take(topic.log_name, payload).items():
-                at_ns = EPOCH_NS + time_ns
-                self._writer.add_message(self._of_scene[name], at_ns, drawn, at_ns)
+                self._write(name, time_ns, drawn)
         if topic is TRUTH:
             self._tick(time_ns)
 
@@ -150,7 +150,7 @@ class Recorder:
             real_time_factor=time_ns / wall_ns if wall_ns else 0.0,
             overruns=self.overruns(),
         )
-        self._write(CLOCK, time_ns, self._last.SerializeToString())
+        self._write(CLOCK.log_name, time_ns, self._last.SerializeToString())
         self.on_clock(self._last)
         self._flush_if_due(now_ns)
 
@@ -163,27 +163,13 @@ class Recorder:
             self._writer.flush()
             self._flushed_ns = now_ns
 
-    def _register(self, topic: Topic[Any]) -> None:
-        schema = self._writer.register_schema(
-            topic.message.DESCRIPTOR.full_name, SchemaEncoding.Protobuf, _descriptors()
-        )
+    def _register(self, topic: str, message: str) -> None:
+        schema = self._writer.register_schema(message, SchemaEncoding.Protobuf, schema_of(message))
         self._channels[topic] = self._writer.register_channel(
-            topic.log_name, MessageEncoding.Protobuf, schema
+            topic, MessageEncoding.Protobuf, schema
         )
 
-    def _register_scene(self) -> None:
-        for topic, message in SCENE_TOPICS.items():
-            own = message.startswith(f"{pb.DESCRIPTOR.package}.")
-            schema = self._writer.register_schema(
-                message, SchemaEncoding.Protobuf, _descriptors() if own else scene_schema()
-            )
-            self._of_scene[topic] = self._writer.register_channel(
-                topic, MessageEncoding.Protobuf, schema
-            )
-
-    def _write(self, topic: Topic[Any], time_ns: int, payload: bytes) -> None:
-        if topic not in self._channels:
-            self._register(topic)
+    def _write(self, topic: str, time_ns: int, payload: bytes) -> None:
         at_ns = EPOCH_NS + time_ns
         self._writer.add_message(self._channels[topic], at_ns, payload, at_ns)
 
@@ -213,10 +199,3 @@ def metadata_of(labels: Labels) -> RunMetadata:
 def _versions() -> dict[str, str]:
     packages = ("zenvoy", "eclipse-zenoh", "numpy", "filterpy", "mcap", "protobuf")
     return {name: version(name) for name in packages}
-
-
-def _descriptors() -> bytes:
-    """Return messages.proto as a FileDescriptorSet."""
-    files = descriptor_pb2.FileDescriptorSet()
-    pb.DESCRIPTOR.CopyToProto(files.file.add())
-    return files.SerializeToString()

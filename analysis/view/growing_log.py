@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Final, NamedTuple
@@ -14,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from zenvoy.analysis.log.chunks import HEAD, DamageError, unpacked
+from zenvoy.analysis.log.chunks import HEAD, MESSAGE, DamageError, records_in, unpacked
 from zenvoy.analysis.log.records import LogError
 from zenvoy.bus.log_format import EFFECTIVE, chunk_limit
 from zenvoy.bus.log_metadata import RESULT, RUN
@@ -44,7 +45,7 @@ class GrowingLog:
         self.metadata: dict[str, dict[str, str]] = {}
         self.effective: bytes | None = None
         self.topics: dict[int, str] = {}
-        """Topics by channel, of channels outside chunks."""
+        """Topics by channel, as far as channels have been read."""
         self.whole = False
         """Whether the log has its end, and will not grow any more."""
         self.loose = False
@@ -101,6 +102,22 @@ class GrowingLog:
             return unpacked(chunk, chunk_limit(self.vehicles))
         except OSError as error:
             raise LogError(f"{self.path}: {error.strerror}") from error
+        except (DamageError, McapError, struct.error, ValueError) as error:
+            raise LogError(f"{self.path}: damaged at byte {place.at}: {error}") from error
+
+    def messages(self, place: Place) -> Iterator[tuple[str, int, memoryview]]:
+        """Yield topic, time (ns) and payload of each message in a chunk.
+
+        Raises LogError where the chunk is damaged.
+        """
+        try:
+            for opcode, content in records_in(self.unpacked(place)):
+                if opcode == Opcode.CHANNEL:
+                    channel = Channel.read(ReadDataStream(BytesIO(content)))
+                    self.topics[channel.id] = channel.topic
+                elif opcode == Opcode.MESSAGE:
+                    number, _, log_ns, _ = MESSAGE.unpack_from(content)
+                    yield self.topics.get(number, ""), log_ns, content[MESSAGE.size :]
         except (DamageError, McapError, struct.error, ValueError) as error:
             raise LogError(f"{self.path}: damaged at byte {place.at}: {error}") from error
 

@@ -7,16 +7,10 @@ from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from io import BytesIO
 from typing import Final
 
 from google.protobuf.message import DecodeError
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.records import Channel
 
-from zenvoy.analysis.log.chunks import MESSAGE, DamageError, records_in
 from zenvoy.analysis.log.cycles import cycle_of
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.growing_log import GrowingLog, Place
@@ -30,11 +24,11 @@ Payloads = dict[str, list[memoryview]]
 """The messages of one cycle, by topic."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Unpacked:
     """The messages of a chunk by cycle, its events, and its size in bytes."""
 
-    size: int
+    size: int = 0
     cycles: dict[int, Payloads] = field(default_factory=dict)
     events: list[pb.Event] = field(default_factory=list)
 
@@ -50,7 +44,6 @@ class Messages:
         self._epoch_ns = epoch_ns
         self._period_ns = period_ns
         self._behind_ns = behind_ns
-        self._topics: dict[int, str] = {}
         self._kept: OrderedDict[int, _Unpacked] = OrderedDict()
         self._kept_bytes = 0
         self._latest: list[int] = []  # last_ns of chunks, or of an earlier one if that is later
@@ -71,10 +64,9 @@ class Messages:
         if place.at in self._kept:
             self._kept.move_to_end(place.at)
             return self._kept[place.at]
-        data = self._log.unpacked(place)
         try:
-            read = self._read(data)
-        except (DamageError, DecodeError, McapError, struct.error, ValueError) as error:
+            read = self._read(place)
+        except (DecodeError, ValueError, struct.error) as error:
             raise LogError(f"{self._log.path}: damaged at byte {place.at}: {error}") from error
         self._kept[place.at] = read
         self._kept_bytes += read.size
@@ -95,19 +87,13 @@ class Messages:
             if place.first_ns <= until_ns:
                 yield place
 
-    def _read(self, data: bytes) -> _Unpacked:
-        read = _Unpacked(len(data))
-        for opcode, content in records_in(data):
-            if opcode == Opcode.CHANNEL:
-                channel = Channel.read(ReadDataStream(BytesIO(content)))
-                self._topics[channel.id] = channel.topic
-            elif opcode == Opcode.MESSAGE:
-                number, _, _, _ = MESSAGE.unpack_from(content)
-                topic = self._topics.get(number) or self._log.topics.get(number, "")
-                payload = content[MESSAGE.size :]
-                if topic in SHOWN:
-                    of_cycle = read.cycles.setdefault(cycle_of(payload), {})
-                    of_cycle.setdefault(topic, []).append(payload)
-                elif topic == EVENTS.log_name:
-                    read.events.append(pb.Event.FromString(bytes(payload)))
+    def _read(self, place: Place) -> _Unpacked:
+        read = _Unpacked()
+        for topic, _, payload in self._log.messages(place):
+            read.size += len(payload)
+            if topic in SHOWN:
+                of_cycle = read.cycles.setdefault(cycle_of(payload), {})
+                of_cycle.setdefault(topic, []).append(payload)
+            elif topic == EVENTS.log_name:
+                read.events.append(pb.Event.FromString(bytes(payload)))
         return read
