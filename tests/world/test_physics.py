@@ -1,4 +1,4 @@
-"""The log of the paper's case 15 shows what the paper says of it (in-process bus)."""
+"""The log of the paper's case 15 shows what the paper says of it (on arrays)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RING_M = 1_500.0
 
 def run(folder: Path, *options: str) -> Path:
     command = [sys.executable, "-m", "zenvoy.cli", "run", "paper/case-15"]
-    command += ["--bus", "in-process", "--out", str(folder), *options]
+    command += ["--engine", "arrays", "--out", str(folder), *options]
     subprocess.run(command, check=True, capture_output=True)
     return folder / "run.mcap"
 

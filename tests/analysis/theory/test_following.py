@@ -19,7 +19,7 @@ SPEED_MPS: Final = 20.0
 # A command takes effect 1 ms after the readings that it is based on.
 SCENARIO: Final = """
 duration_s: 200
-period_ms: 20
+period_ms: 40
 road: {{type: open}}
 fleet: {{size: 6, bumper_gap_m: {gap_m}, speed_mps: 20}}
 control:
