@@ -16,6 +16,7 @@ from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.summary import summarize
 from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
+from zenvoy.cli.live_table import LiveTable
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.waiting import Waiting
@@ -39,10 +40,12 @@ def execute(
     waiting: Waiting | None = None,
     on_folder: Callable[[Path], None] = lambda _: None,
     by_hand: socket.socket | None = None,
+    live: bool = False,
 ) -> int:
     """Run a scenario, and print its summary and its folder; return the exit code.
 
     `on_folder` gets the folder before the run begins; `by_hand` is for `fleet.run`.
+    `live` shows a table on the terminal in place of the bar.
     """
     try:
         folder = make_folder(out, loaded.name)
@@ -58,9 +61,14 @@ def execute(
     death: Death | None = None
     code = exits.OK
     on_loss = partial(_print_death, errors=errors, then="; the run goes on")
+    tell_loss: Callable[[Death], None] = on_loss
+    held: list[Death] = []  # while the table has the screen
+    shown: RunProgress | LiveTable = RunProgress(console, loaded.name, loaded.scenario.duration_s)
+    if live:
+        shown, tell_loss = LiveTable(console, folder), held.append
     try:
-        with RunProgress(console, loaded.name, loaded.scenario.duration_s) as progress:
-            watch = Watch(on_progress=progress.show, on_loss=on_loss, on_held_up=progress.note)
+        with shown as progress:
+            watch = Watch(on_progress=progress.show, on_loss=tell_loss, on_held_up=progress.note)
             if waiting is not None:
                 watch = replace(
                     watch,
@@ -83,6 +91,8 @@ def execute(
     except OSError as error:  # a full disk, too few processes or file descriptors
         errors.print(f"the run cannot go on: {shortage_of(error)}")
         code = exits.FAILED
+    for lost in held:
+        on_loss(lost)
     if death is not None:
         code = _code_of(death)
         where = "" if waiting is None else waiting.where(death)

@@ -34,7 +34,7 @@ from zenvoy.cli.options import (
     the_per_process,
 )
 from zenvoy.cli.streams import flush
-from zenvoy.cli.terminal import console, errors, refuse, say
+from zenvoy.cli.terminal import console, errors, has_screen, refuse, say
 from zenvoy.fleet.requests import interruptible
 
 
@@ -86,6 +86,9 @@ def run(
             "--foxglove", help="Serve the run to Foxglove and Lichtblick, and stay until Ctrl-C."
         ),
     ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show a live table on the terminal during the run.")
+    ] = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -93,6 +96,13 @@ def run(
 
     The folder also gets a summary and the text output of each process.
     """
+    if watch and not has_screen(console):
+        refuse("--watch: standard output is no terminal with a cursor; allowed: on a terminal")
+    if watch and (view or foxglove):
+        refuse(
+            "--watch: its table would hide the address that --view or --foxglove prints; "
+            "allowed: one of them"
+        )
     if foxglove:
         from zenvoy.cli.foxglove_viewing import refuse_without_foxglove
 
@@ -141,6 +151,8 @@ def run(
     from zenvoy.cli.execute import execute
 
     run_it = partial(execute, loaded, out, chosen.engine, console, errors, others, per_process)
+    if watch:
+        run_it = partial(run_it, live=True)
     if not (view or foxglove):
         with interruptible():
             code = run_it()

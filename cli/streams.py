@@ -19,7 +19,7 @@ from zenvoy.cli import exits
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
-_REPLACED: Final = "zenvoy.replaced"
+REPLACED: Final = "zenvoy.replaced"
 # ASCII for the signs that Zenvoy prints. Other characters become escapes such as \u20ac.
 _SIGNS: Final = str.maketrans(
     {
@@ -68,7 +68,7 @@ def fill_closed() -> None:
 
 def install() -> None:
     """Replace `sys.stdout` and `sys.stderr` by streams that write to an Outlet."""
-    codecs.register_error(_REPLACED, _replaced)
+    codecs.register_error(REPLACED, _replaced)
     sys.stdout = _stream(1, sys.stdout)
     sys.stderr = _stream(2, sys.stderr)
 
@@ -95,7 +95,7 @@ def _stream(number: int, stream: TextIO | None) -> io.TextIOWrapper:
         io.BufferedWriter(outlet),
         encoding=getattr(stream, "encoding", None) or "utf-8",
         # Replace Python's defaults only; a choice made by PYTHONIOENCODING stays.
-        errors=_REPLACED if errors in _PYTHON_DEFAULTS else errors,
+        errors=REPLACED if errors in _PYTHON_DEFAULTS else errors,
         line_buffering=number == 2 or outlet.isatty(),
     )
 

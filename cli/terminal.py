@@ -57,6 +57,11 @@ console = _console(stderr=False)
 errors = _console(stderr=True)
 
 
+def has_screen(made: Console) -> bool:
+    """Return whether a console is a terminal on which the cursor can be placed."""
+    return made.file.isatty() and made.is_terminal and not made.is_dumb_terminal
+
+
 def say(text: str) -> None:
     """Print a line, which is not wrapped."""
     console.print(text, soft_wrap=True)

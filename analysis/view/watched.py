@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from zenvoy.analysis.log.cycles import stretches
@@ -123,6 +124,14 @@ class WatchedRun:
     def overview(self, first: int) -> bytes:
         """Return the points of the overview from a number on."""
         return pack(**self._overview.since(first))
+
+    def newest(self) -> Picture | None:
+        """Return the last cycle; None if the log does not have it."""
+        return self._pictures(range(max(0, self.last), self.last + 1)).get(self.last)
+
+    def samples(self) -> dict[str, NDArray[np.generic]]:
+        """Return all points of the overview."""
+        return self._overview.since(0)
 
     @property
     def _known(self) -> Scenario:
