@@ -138,12 +138,15 @@ def run(
         per_process=per_process,
     )
     from zenvoy.fleet.choice import EngineError, choose
+    from zenvoy.fleet.per_process import crowd
 
     try:
         chosen = choose(asked, loaded.scenario)
     except EngineError as error:
         refuse(str(error))
     print_notes(loaded, strict)
+    if chosen.engine == "processes" and (text := crowd(loaded.scenario.fleet.size, per_process)):
+        errors.print(f"note: {text}")
     if asked == "auto":
         say(f"engine: {chosen.engine}")
         for line in chosen.not_arrays:

@@ -7,7 +7,7 @@ from typing import Final
 
 AUTO: Final = "auto"
 
-MANY: Final = 100
+MANY: Final = 50
 """Processes per processor; more of them take long to start, and may miss the stall limit."""
 
 
@@ -31,6 +31,22 @@ def per_process_of(asked: int | str, size: int, cores: int | None = None) -> int
     if number < 1:
         raise PerProcessError(f"{asked}: is not at least 1")
     return number
+
+
+def crowd(size: int, per_process: int, cores: int | None = None) -> str | None:
+    """Return what helps if the processes of `size` vehicles are many for the machine, else None.
+
+    `cores` are by default those that this process may use.
+    """
+    cores = cores_here() if cores is None else cores
+    processes = -(-size // per_process)
+    if processes <= MANY * cores:
+        return None
+    here = "1 processor" if cores == 1 else f"{cores} processors"
+    return (
+        f"{processes} processes of vehicles share {here}, and may not all start within the stall "
+        f"limit; --vehicles-per-process {AUTO} starts one for each processor"
+    )
 
 
 def cores_here() -> int:
