@@ -3,8 +3,25 @@
 from __future__ import annotations
 
 import socket
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import Final, NamedTuple
+
+_FORM: Final = struct.Struct("<Bd")
+_BRAKE, _LOSE = range(2)
+
+
+class Brake(NamedTuple):
+    """A vehicle is to brake."""
+
+    vehicle: int
+
+
+class Lose(NamedTuple):
+    """A share of all frames, 0 to 1, is to be lost besides those that the scenario loses."""
+
+    share: float
 
 
 def pair() -> tuple[socket.socket, socket.socket]:
@@ -15,17 +32,18 @@ def pair() -> tuple[socket.socket, socket.socket]:
     return ends
 
 
-def ask_to_brake(end: socket.socket, vehicle: int) -> bool:
-    """Ask that a vehicle brake; return whether the request is on its way."""
+def ask(end: socket.socket, request: Brake | Lose) -> bool:
+    """Send a request; return whether it is on its way."""
     try:
-        end.send(vehicle.to_bytes(4, "little"))
+        end.send(_FORM.pack(_BRAKE if isinstance(request, Brake) else _LOSE, *request))
     except OSError:  # the world has ended, or has not answered for long
         return False
     return True
 
 
-def asked_to_brake(end: socket.socket) -> Iterator[int]:
-    """Yield the vehicles that are asked to brake."""
+def asked(end: socket.socket) -> Iterator[Brake | Lose]:
+    """Yield the requests that have come."""
     with suppress(OSError):
-        while data := end.recv(4):
-            yield int.from_bytes(data, "little")
+        while data := end.recv(_FORM.size):
+            kind, value = _FORM.unpack(data)
+            yield Brake(int(value)) if kind == _BRAKE else Lose(value)

@@ -68,12 +68,13 @@ def is_of(payload: bytes, vehicle: int) -> bool:
 
 
 def fault_in_positions(positions: pb.Positions, size: int, time_ns: int) -> str | None:
-    """Check that there is a finite position for each vehicle of the fleet."""
+    """Check that each vehicle of the fleet has a finite position, and that a loss is a share."""
     if positions.time_ns != time_ns:
         return MISTIMED
     if len(positions.position) != size:
         return MALFORMED
-    return None if isfinite(sum(positions.position)) else ABSURD
+    is_share = 0.0 <= positions.loss_by_hand <= 1.0
+    return None if is_share and isfinite(sum(positions.position)) else ABSURD
 
 
 def fault_in_receive(receive: pb.Receive, vehicle: int, time_ns: int | None) -> str | None:

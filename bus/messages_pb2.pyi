@@ -151,6 +151,8 @@ class _EventKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_EventKind.V
     """a fault of the scenario begins; one event per vehicle"""
     EVENT_FAULT_END: _EventKind.ValueType  # 16
     """the fault with the same text ends"""
+    EVENT_LOSS: _EventKind.ValueType  # 17
+    """real time: a person changes the loss of all frames"""
 
 class EventKind(_EventKind, metaclass=_EventKindEnumTypeWrapper): ...
 
@@ -179,6 +181,8 @@ EVENT_FAULT: EventKind.ValueType  # 15
 """a fault of the scenario begins; one event per vehicle"""
 EVENT_FAULT_END: EventKind.ValueType  # 16
 """the fault with the same text ends"""
+EVENT_LOSS: EventKind.ValueType  # 17
+"""real time: a person changes the loss of all frames"""
 Global___EventKind: _TypeAlias = EventKind  # noqa: Y015
 
 @_typing.final
@@ -401,10 +405,13 @@ class Positions(_message.Message):
     TIME_NS_FIELD_NUMBER: _builtins.int
     POSITION_FIELD_NUMBER: _builtins.int
     WALL_START_NS_FIELD_NUMBER: _builtins.int
+    LOSS_BY_HAND_FIELD_NUMBER: _builtins.int
     cycle: _builtins.int
     time_ns: _builtins.int
     wall_start_ns: _builtins.int
     """as in Sense"""
+    loss_by_hand: _builtins.float
+    """real time: share of frames lost besides, as a person asks for"""
     @_builtins.property
     def position(self) -> _containers.RepeatedScalarFieldContainer[_builtins.float]: ...
     def __init__(
@@ -414,10 +421,11 @@ class Positions(_message.Message):
         time_ns: _builtins.int = ...,
         position: _abc.Iterable[_builtins.float] | None = ...,
         wall_start_ns: _builtins.int = ...,
+        loss_by_hand: _builtins.float = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "position", b"position", "time_ns", b"time_ns", "wall_start_ns", b"wall_start_ns"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cycle", b"cycle", "loss_by_hand", b"loss_by_hand", "position", b"position", "time_ns", b"time_ns", "wall_start_ns", b"wall_start_ns"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -72,7 +72,7 @@ class Channel:
         sequence[senders] = [sent.beacon.sequence for sent in on_air.values()]
         position = np.array(positions.position)
         scene = Scene(positions.cycle, positions.time_ns, position, self._ring_length_m)
-        transmitted = self._transmission.of(speaks, sequence, scene)
+        transmitted = self._transmission.of(speaks, sequence, scene, positions.loss_by_hand)
         frames, outcomes = transmitted.frames, transmitted.outcomes
         payloads = {vehicle: sent.payload for vehicle, sent in on_air.items()}
         self.air.send(payloads, frames.source, frames.destination, outcomes.arrived_ns)

@@ -15,6 +15,7 @@ from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.outages import Outages
 from zenvoy.channel.pairs import Pairs, pairs
 from zenvoy.channel.relay import Hop, relay
+from zenvoy.keyed_random.draws import Draws, Purpose, Seeds
 from zenvoy.links.distance import distance
 from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import Scenario
@@ -52,6 +53,7 @@ class Transmission:
         )
         self._conditions = Conditions(scenario)
         self._outages = Outages(scenario)
+        self._by_hand = Draws(Seeds((scenario.seed,), self._size), Purpose.LOSS_BY_HAND)
         self._in_order = InOrder(self._size)
         self._duplicates = channel.duplicate > 0.0
         self._relay_hops = channel.relay_hops
@@ -64,8 +66,13 @@ class Transmission:
         """The least time from sending a frame to its arrival."""
         return self._conditions.least_latency_ns + self._medium.frame_time_ns
 
-    def of(self, speaks: Bools, sequence: Ints, scene: Scene) -> Transmitted:
-        """Send a frame of each vehicle that `speaks`, (n,), with number `sequence`, (n,)."""
+    def of(
+        self, speaks: Bools, sequence: Ints, scene: Scene, loss_by_hand: float = 0.0
+    ) -> Transmitted:
+        """Send a frame of each vehicle that `speaks`, (n,), with number `sequence`, (n,).
+
+        loss_by_hand: the share of frames that are lost besides those that the scenario loses.
+        """
         reach = pairs(scene.position, self._medium.technology.range_m, scene.ring_length_m)
         sends = speaks if self._access is None else self._access.allowed(speaks, scene.sent_ns)
         everyone = reach
@@ -78,6 +85,9 @@ class Transmission:
         )
         if outages is not None:
             impairments = impairments._replace(lost=impairments.lost | outages)
+        if loss_by_hand > 0.0:
+            chance, _ = self._by_hand.of_links(*frames.link)
+            impairments = impairments._replace(lost=impairments.lost | (chance < loss_by_hand))
         busy_ratio = hops = None
         if self._access is not None:
             airing = self._access.air(frames, everyone, sends, sequence, scene)

@@ -12,9 +12,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from zenvoy.analysis.view.controls import NO_CONTROLS, Controls
+from zenvoy.analysis.view.controls import NO_CONTROLS, Act, Controls
 from zenvoy.analysis.view.server import address_of, listener, serve
-from zenvoy.bus.by_hand import ask_to_brake, pair
+from zenvoy.bus.by_hand import Brake, Lose, ask, pair
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.cli.beside import Beside, let_requests_end
 from zenvoy.cli.terminal import say
@@ -89,9 +89,12 @@ class Viewer:
         if asks is None:
             show(log, made)
             return
-        acts = {"brake": lambda vehicle, _: ask_to_brake(asks, vehicle)}
+        acts = {
+            "brake": Act(do=lambda vehicle, _: ask(asks, Brake(vehicle))),
+            "lose": Act(do=lambda percent, _: ask(asks, Lose(percent / 100)), is_percentage=True),
+        }
         if self._per_process == 1:  # a process that is killed must not take others with it
-            acts["kill"] = lambda vehicle, run: kill_process(
-                vehicle_name(vehicle, self._size), run, parent
+            acts["kill"] = Act(
+                do=lambda vehicle, run: kill_process(vehicle_name(vehicle, self._size), run, parent)
             )
         show(log, made, Controls(key=key, acts=acts))

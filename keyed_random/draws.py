@@ -50,6 +50,7 @@ class Purpose(IntEnum):
     STUDY_AXIS = 30
     SEARCH = 31
     FAULT = 32
+    LOSS_BY_HAND = 33
 
 
 def numbered(purpose: int, number: int) -> int:

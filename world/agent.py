@@ -75,6 +75,7 @@ class World:
             mode: len(law_of(model).columns)
             for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
         }
+        self._loss_by_hand = 0.0
         self._brakes_by = min(_BY_HAND_MPS2, scenario.control.acceleration_limit_mps2)
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
         self.stopped = False
@@ -107,6 +108,11 @@ class World:
         span = (start_ns, start_ns + _BY_HAND_NS)
         self._fleet.brake(vehicle, *span, self._brakes_by)
         self._chronicle.brake(vehicle, span, self._brakes_by)
+
+    def lose(self, share: float, start_ns: int) -> None:
+        """Let a share of all frames be lost by hand from a cycle on, which is not before now."""
+        self._loss_by_hand = share
+        self._chronicle.lose(share, start_ns)
 
     def begin(self, cycle: int, wall_start_ns: int = 0) -> Begun:
         """Move the vehicles to the start of a cycle; after the end of the run, do nothing.
@@ -199,6 +205,10 @@ class World:
     def _positions(self, cycle: int, now_ns: int, wall_start_ns: int) -> Envelope:
         position = self._fleet.position.tolist()
         message = pb.Positions(
-            cycle=cycle, time_ns=now_ns, position=position, wall_start_ns=wall_start_ns
+            cycle=cycle,
+            time_ns=now_ns,
+            position=position,
+            wall_start_ns=wall_start_ns,
+            loss_by_hand=self._loss_by_hand,
         )
         return Envelope(POSITIONS, 0, message.SerializeToString())

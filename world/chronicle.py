@@ -49,6 +49,12 @@ class Chronicle:
         self._scheduled += _spell(vehicle, span_ns, pb.EVENT_BRAKE, pb.EVENT_BRAKE_END, text)
         self._scheduled.sort(key=lambda event: event.time_ns)
 
+    def lose(self, share: float, start_ns: int) -> None:
+        """Schedule the entry of a loss by hand."""
+        text = f"{100 * share:g} % of all frames besides, by hand"
+        self._scheduled.append(pb.Event(time_ns=start_ns, kind=pb.EVENT_LOSS, text=text))
+        self._scheduled.sort(key=lambda event: event.time_ns)
+
     def stop(self, now_ns: int, why: str) -> Envelope:
         """Return the entry of a run that ends early, at `now_ns`."""
         return self._entry(pb.Event(time_ns=now_ns, kind=pb.EVENT_STOPPED, text=why))

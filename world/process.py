@@ -10,7 +10,7 @@ from typing import Final
 import zenoh
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.by_hand import asked_to_brake
+from zenvoy.bus.by_hand import Brake, asked
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.errors import StalledError, StoppedError, VehicleLostError
 from zenvoy.bus.far_clock import offer_clock
@@ -138,8 +138,11 @@ def _run_in_real_time(
         recorder.flush_if_due()  # a slow clock may have a second between cycles
         _look_at_channel(world, stall_ns)
         if by_hand is not None:
-            for vehicle in asked_to_brake(by_hand):
-                world.brake(vehicle)
+            for request in asked(by_hand):
+                if isinstance(request, Brake):
+                    world.brake(request.vehicle)
+                else:
+                    world.lose(request.share)
         for name, there in bus.comings_and_goings():
             if there != (name in lost):
                 continue  # it joins for the first time

@@ -103,6 +103,11 @@ class RealtimeWorld:
         if vehicle in self._vehicles and self._cycle < self._cycles:
             self._core.brake(vehicle, self._cycle * self._period_ns)
 
+    def lose(self, share: float) -> None:
+        """Let a share of all frames be lost by hand from the next cycle on."""
+        if self._cycle < self._cycles:
+            self._core.lose(share, self._cycle * self._period_ns)
+
     @property
     def due_ns(self) -> int:
         """When to log a cycle that has ended; if there is none, when the next one begins."""

@@ -7,8 +7,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-Act = Callable[[int, str], bool]
-"""Does something to a vehicle of the run of that name; returns whether it could."""
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Act:
+    """What may be done with a number: a vehicle, or a percentage if it says so.
+
+    `do` gets the number and the name of the run, and returns whether it could be done.
+    """
+
+    do: Callable[[int, str], bool]
+    is_percentage: bool = False
+
+    def takes(self, number: int, vehicles: int) -> bool:
+        """Return whether the number can be meant, for a fleet of so many vehicles."""
+        return 0 <= number <= 100 if self.is_percentage else 1 <= number <= vehicles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

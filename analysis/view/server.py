@@ -224,12 +224,14 @@ class _Acts(_OfRun):
             self.finish(why)
             return
         about = await self.ask(self._run.about)
-        vehicle = self.number("vehicle", 0)
-        if not 1 <= vehicle <= about["vehicles"]:
+        asked = self._controls.acts[act]
+        number = self.number("percent" if asked.is_percentage else "vehicle", -1)
+        if not asked.takes(number, about["vehicles"]):
             raise HTTPError(400)
-        if not self._controls.acts[act](vehicle, about["run"]):
+        if not asked.do(number, about["run"]):
             self.set_status(409)
-            self.finish(f"{act}: vehicle {vehicle} has no process here any more")
+            gone = "the run" if asked.is_percentage else f"vehicle {number}"
+            self.finish(f"{act}: {gone} has no process here any more")
 
 
 class _Cycles(_OfRun):

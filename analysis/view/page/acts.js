@@ -10,6 +10,10 @@ export class Acts {
     this.buttons = { brake: document.getElementById("brake"), kill: document.getElementById("kill") };
     this.buttons.brake.addEventListener("click", () => this.act("brake"));
     this.buttons.kill.addEventListener("click", () => this.#kill());
+    this.loss = document.getElementById("loss");
+    const [slider, said] = [this.loss.querySelector("input"), this.loss.querySelector("output")];
+    slider.addEventListener("input", () => (said.textContent = `${slider.value} %`));
+    slider.addEventListener("change", () => this.#ask(`act=lose&percent=${slider.value}`));
   }
 
   async learn() {
@@ -21,11 +25,17 @@ export class Acts {
   draw() {
     const hidden = !this.known.length || !this.run.live;
     if (this.place.hidden !== hidden) this.place.hidden = hidden;
+    const fixed = hidden || !this.known.includes("lose");
+    if (this.loss.hidden !== fixed) this.loss.hidden = fixed;
   }
 
   async act(name) {
     if (!this.known.includes(name) || !this.run.live) return;
-    const answer = await fetch(`acts?act=${name}&vehicle=${this.chosen()}`, { method: "POST", headers: { "X-Zenvoy-Key": this.key } });
+    await this.#ask(`act=${name}&vehicle=${this.chosen()}`);
+  }
+
+  async #ask(what) {
+    const answer = await fetch(`acts?${what}`, { method: "POST", headers: { "X-Zenvoy-Key": this.key } });
     this.trouble(answer.ok ? "" : await answer.text());
   }
 

@@ -4,6 +4,7 @@ const WORDS = {
   FALLBACK: "falls back to FM", FALLBACK_END: "returns to its law", PROCESS_LOST: "process lost",
   PROCESS_BACK: "process back", STOPPED: "the run is stopped", TRACE: "follows a trace", TRACE_END: "ends its trace",
   SILENT: "sends no commands", SILENT_END: "sends commands again", TARGET: "target", FAULT: "fault", FAULT_END: "fault over",
+  LOSS: "loss",
 };
 const BAD = new Set(["COLLISION", "FALLBACK", "PROCESS_LOST", "STOPPED", "SILENT", "FAULT"]);
 const SHOWN = 200;

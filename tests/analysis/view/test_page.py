@@ -160,6 +160,10 @@ def test_a_click_brakes_a_vehicle_of_a_run_in_real_time(open_page: Open, tmp_pat
         expect(page.locator("#events")).to_contain_text(braked)
         expect(onlooker.locator("#events")).to_contain_text(braked)
         expect(onlooker.locator("#brake")).to_be_hidden()
+        expect(onlooker.locator("#loss")).to_be_hidden()
+        page.locator("#lose").fill("60")  # as a drag of the slider does
+        expect(page.locator("#loss output")).to_have_text("60 %")
+        expect(page.locator("#events")).to_contain_text("loss: 60 % of all frames besides, by hand")
         page.locator("#kill").click()
         expect(page.locator("#kill")).to_have_text("Kill vehicle 2?")
         page.locator("#kill").click()
