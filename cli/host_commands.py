@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -16,6 +17,7 @@ from zenvoy.cli.options import (
     AllowCodeOption,
     CertsOption,
     DurationOption,
+    FoxgloveOption,
     InsecureOption,
     PerProcessOption,
     RealtimeOption,
@@ -25,6 +27,7 @@ from zenvoy.cli.options import (
     SetOption,
     SpeedOption,
     StrictOption,
+    ViewOption,
     print_notes,
     scenario_of,
     the_endpoints,
@@ -58,6 +61,8 @@ def serve(
     vehicles_per_process: PerProcessOption = "1",
     certs: CertsOption = None,
     insecure: InsecureOption = False,
+    view: ViewOption = False,
+    foxglove: FoxgloveOption = False,
     strict: StrictOption = False,
     allow_code: AllowCodeOption = False,
 ) -> None:
@@ -65,6 +70,10 @@ def serve(
 
     The run begins when zenvoy join has brought all vehicles.
     """
+    if foxglove:
+        from zenvoy.cli.foxglove_viewing import refuse_without_foxglove
+
+        refuse_without_foxglove()
     loaded = scenario_of(
         scenario,
         overrides,
@@ -96,10 +105,17 @@ def serve(
     print_notes(loaded, strict)
     muster = Muster(vehicle_processes(size, per_process))
     waiting = Waiting(muster, console, certs, realtime=loaded.scenario.clock == "realtime")
-    with interruptible():
-        code = execute(
-            loaded, out, "processes", console, errors, guests, per_process, waiting=waiting
-        )
+    run_it = partial(
+        execute, loaded, out, "processes", console, errors, guests, per_process, waiting=waiting
+    )
+    if not (view or foxglove):
+        with interruptible():
+            code = run_it()
+        raise typer.Exit(code)
+    from zenvoy.cli.shown import run_shown
+
+    # The vehicles run elsewhere.
+    code = run_shown(run_it, loaded.scenario, page=view, foxglove=foxglove, kills=False)
     raise typer.Exit(code)
 
 

@@ -108,6 +108,19 @@ RouterOption = Annotated[
 ]
 
 
+ViewOption = Annotated[
+    bool, typer.Option("--view", help="Show the run in the browser, and stay until Ctrl-C.")
+]
+
+
+FoxgloveOption = Annotated[
+    bool,
+    typer.Option(
+        "--foxglove", help="Serve the run to Foxglove and Lichtblick, and stay until Ctrl-C."
+    ),
+]
+
+
 PerProcessOption = Annotated[
     str,
     typer.Option(

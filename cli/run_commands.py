@@ -18,6 +18,7 @@ from zenvoy.cli.options import (
     CertsOption,
     DurationOption,
     EngineName,
+    FoxgloveOption,
     InsecureOption,
     PerProcessOption,
     RealtimeOption,
@@ -27,6 +28,7 @@ from zenvoy.cli.options import (
     SetOption,
     SpeedOption,
     StrictOption,
+    ViewOption,
     choice_of,
     print_notes,
     scenario_of,
@@ -76,16 +78,8 @@ def run(
     router: RouterOption = None,
     certs: CertsOption = None,
     insecure: InsecureOption = False,
-    view: Annotated[
-        bool,
-        typer.Option("--view", help="Show the run in the browser, and stay until Ctrl-C."),
-    ] = False,
-    foxglove: Annotated[
-        bool,
-        typer.Option(
-            "--foxglove", help="Serve the run to Foxglove and Lichtblick, and stay until Ctrl-C."
-        ),
-    ] = False,
+    view: ViewOption = False,
+    foxglove: FoxgloveOption = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Show a live table on the terminal during the run.")
     ] = False,
@@ -162,7 +156,9 @@ def run(
         raise typer.Exit(code)
     from zenvoy.cli.shown import run_shown
 
-    raise typer.Exit(run_shown(run_it, loaded.scenario, per_process, view, foxglove))
+    kills = per_process == 1
+    code = run_shown(run_it, loaded.scenario, page=view, foxglove=foxglove, kills=kills)
+    raise typer.Exit(code)
 
 
 def vehicle(

@@ -13,14 +13,15 @@ from zenvoy.scenarios import Scenario
 
 
 def run_shown(
-    run_it: Callable[..., int], scenario: Scenario, per_process: int, page: bool, foxglove: bool
+    run_it: Callable[..., int], scenario: Scenario, *, page: bool, foxglove: bool, kills: bool
 ) -> int:
     """Run a scenario, shown on a page, to Foxglove or both; stay afterwards, and return the code.
 
-    `run_it` is `zenvoy.cli.execute.execute` without what the servers need of it.
+    `run_it` is `zenvoy.cli.execute.execute` without what the servers need of it. `kills`: each
+    vehicle has a process of its own on this machine, which the page may kill.
     """
     with interruptible(), ExitStack() as servers:
-        viewer = servers.enter_context(Viewer(scenario, per_process)) if page else None
+        viewer = servers.enter_context(Viewer(scenario, kills=kills)) if page else None
         served = servers.enter_context(FoxgloveServer(scenario)) if foxglove else None
         shown = [server for server in (viewer, served) if server is not None]
 

@@ -44,12 +44,13 @@ class Viewer:
     """Shows a run by a process beside it, from `begin` on and until the context ends.
 
     The run does not depend on that process, which reads the log. In real time the page can also
-    interfere: `by_hand` is the end of the world's for its requests.
+    interfere: `by_hand` is the end of the world's for its requests. `kills`: the page may kill the
+    process of a vehicle. A process that is killed must not take others with it, and must be here.
     """
 
-    def __init__(self, scenario: Scenario, per_process: int) -> None:
+    def __init__(self, scenario: Scenario, *, kills: bool) -> None:
         self._beside = Beside(_NAME)
-        self._size, self._per_process = scenario.fleet.size, per_process
+        self._size, self._kills = scenario.fleet.size, kills
         self._asks: socket.socket | None = None
         self.by_hand: socket.socket | None = None
         if scenario.clock == "realtime":
@@ -93,7 +94,7 @@ class Viewer:
             "brake": Act(do=lambda vehicle, _: ask(asks, Brake(vehicle))),
             "lose": Act(do=lambda percent, _: ask(asks, Lose(percent / 100)), is_percentage=True),
         }
-        if self._per_process == 1:  # a process that is killed must not take others with it
+        if self._kills:
             acts["kill"] = Act(
                 do=lambda vehicle, run: kill_process(vehicle_name(vehicle, self._size), run, parent)
             )

@@ -16,7 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.analysis.view.pages import address_in
-from tests.conftest import command, read_log, wait_until
+from tests.conftest import Command, command, read_log, wait_until
+from tests.fleet.hosts import host, serving
 from tests.fleet_of_three import scenario_of
 from zenvoy.analysis.log.load import load
 from zenvoy.analysis.view.controls import NO_CONTROLS, Act, Controls
@@ -29,6 +30,7 @@ from zenvoy.scenarios import Scenario
 from zenvoy.world.agent import World
 
 SCENARIO: Final = "{duration_s: 600, clock: realtime, fleet: {size: 4}}"
+HOSTS: Final = SCENARIO.replace("4", "8")
 
 
 def test_requests_arrive_in_order_and_neither_end_blocks() -> None:
@@ -128,14 +130,19 @@ def post(address: str, act: str, number: int, key: str) -> tuple[int, str]:
         connection.close()
 
 
+def shown_at(command: Command) -> tuple[str, str]:
+    """Return the address of a page, and the key that lets it interfere."""
+    address = address_in(command)
+    found = re.search(r"/#(\S+)", command.out)
+    assert found is not None
+    return address, found[1]
+
+
 def test_a_run_in_real_time_is_braked_and_a_vehicle_killed(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(SCENARIO)
     log = tmp_path / "out" / "run.mcap"
     with command(tmp_path, "run", "s.yaml", "--out", "out", "--view") as shown:
-        address = address_in(shown)
-        found = re.search(r"/#(\S+)", shown.out)
-        assert found is not None
-        key = found[1]
+        address, key = shown_at(shown)
         shown.wait_for_children({"view", "world", "channel", "vehicle-03"})
         shown.wait_for_cycles(log)
         assert post(address, "brake", 2, "guessed")[0] == 403
@@ -164,6 +171,22 @@ def test_a_run_in_real_time_is_braked_and_a_vehicle_killed(tmp_path: Path) -> No
     assert between.any()
     assert (frames["outcome"][between] == pb.OUTCOME_LOST).all()
     assert not (frames["outcome"][frames["sent_ns"] < begin] == pb.OUTCOME_LOST).any()
+
+
+def test_a_run_over_several_machines_is_shown_where_it_is_served(tmp_path: Path) -> None:
+    """Its page can brake vehicles, whose processes are elsewhere, and cannot kill them."""
+    log = tmp_path / "out" / "run.mcap"
+    with serving(tmp_path, HOSTS, "--view") as (served, there):
+        address, key = shown_at(served)
+        with host(tmp_path, "alpha", "1-4", *there), host(tmp_path, "beta", "5-8", *there):
+            served.wait_for_cycles(log)
+            assert post(address, "kill", 3, key)[0] == 403
+            assert post(address, "brake", 6, key) == (200, "")
+            wait_until(lambda: b"by hand" in b"".join(_events(log)), "the log has the brake")
+            served.send_to_group(signal.SIGINT)
+            assert served.wait().code == 130
+    brakes = [event.vehicle for event in load(log).events if event.kind == pb.EVENT_BRAKE]
+    assert brakes == [6]
 
 
 def _events(log: Path) -> list[bytes]:
