@@ -26,10 +26,12 @@ FOLLOWED: Final = {
 ELSEWHERE: Final = {
     "make ": ".ci/run, and the commands that the Makefile has for the demo",
     ". .venv": "activates an environment",
+    "pip install": "changes the environment of the tests",
     "python -m tests.parity": "tests/parity",
     "python -m benchmarks.": "measures, by hand, on an idle machine",
     "zenvoy --install-completion": "tests/cli/test_usage.py",
     "python -m examples.neighbourhood": "tests/examples",
+    "zenvoy run quickstart --watch": "tests/cli/test_live_table.py, on a terminal",
     "zenvoy reproduce": "tests/studies",
     "zenvoy mixed-traffic": "tests/studies/mixed",
 }

@@ -20,7 +20,7 @@ from tests.page_commands import commands_of_blocks, shortened
 from tests.recorded_convoys import openacc_text, platoon
 
 MOST_S: Final = 5 * LIMIT_S
-UNTIL_STOPPED: Final = ("view", "--view", "--without")
+UNTIL_STOPPED: Final = ("view", "--view", "--foxglove", "--without")
 MISTAKES: Final = """description: Two mistakes
 extends: paper/case-15
 duration_s: 100
@@ -122,7 +122,9 @@ def divided(words: Sequence[str], at: str) -> tuple[list[str], list[str], list[s
 def run_until_stopped(folder: Path, words: Sequence[str]) -> None:
     """Run a command that goes on until Ctrl-C."""
     with command(folder, *words[1:]) as started:
-        wait_until(lambda: bool(re.search("shown at|to join it", started.out)), " ".join(words))
+        wait_until(
+            lambda: bool(re.search("shown at|to join it|ws://", started.out)), " ".join(words)
+        )
         started.send_to_group(signal.SIGINT)
         outcome = started.wait()
     assert outcome.code in (0, 130), (words, outcome)
