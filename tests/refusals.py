@@ -11,7 +11,7 @@ from zenvoy.scenarios import InvalidScenarioError, ScenarioError, load
 TOP = (
     "extends, description, duration_s, period_ms, clock, speed, max_clock_error_ms, seed, "
     "stall_limit_s, on_collision, on_vehicle_loss, public_truth, road, fleet, vehicle, control, "
-    "beacons, sensors, estimator, channel, events, faults"
+    "beacons, sensors, estimator, channel, log, events, faults"
 )
 """The keys of a scenario's top level, as messages name them."""
 
