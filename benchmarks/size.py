@@ -17,15 +17,16 @@ import resource
 import subprocess
 import sys
 import tempfile
-import time
 from collections import defaultdict
 from contextlib import suppress
 from pathlib import Path
 
 from benchmarks.bare_zenoh import WARM_UP_CYCLES, Sizes, bare_barrier
+from benchmarks.waiting import ends_within
 
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 _CYCLES_PER_S = 10
+_SAMPLED_EVERY_S = 0.1
 
 
 def fleet_cpu_s(vehicles: int, per_process: str, duration_s: float) -> dict[str, float]:
@@ -37,9 +38,8 @@ def fleet_cpu_s(vehicles: int, per_process: str, duration_s: float) -> dict[str,
         command += ["--vehicles-per-process", per_process]
         seen: dict[int, tuple[str, float]] = {}
         with subprocess.Popen(command, stdout=subprocess.DEVNULL) as run:
-            while run.poll() is None:
+            while not ends_within(run, _SAMPLED_EVERY_S):
                 seen |= _children(run.pid)
-                time.sleep(0.1)  # between samples: the last one before the end is what counts
         if run.returncode:
             raise RuntimeError(f"{' '.join(command)} ended with {run.returncode}")
     found: dict[str, float] = defaultdict(float)

@@ -20,9 +20,13 @@ from pathlib import Path
 import psutil
 from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
+from benchmarks.waiting import ends_within
+
 ZENVOY = str(Path(sys.executable).with_name("zenvoy"))
 SHOWN_S = 20.0
 SIZE: ViewportSize = {"width": 1440, "height": 900}
+LOOKED_EVERY_S = 0.1
+SETTLES_S = 5.0  # after which the start of the server does not count
 FRAMES = "[zenvoyFrames.count, performance.now() / 1000]"
 
 
@@ -36,13 +40,18 @@ def showing(*arguments: str) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
                 found = re.search(rb"http://[\d.:]+/", os.pread(out.fileno(), 10_000, 0))
                 if found:
                     break
-                if command.poll() is not None:
+                if ends_within(command, LOOKED_EVERY_S):
                     sys.exit(os.pread(out.fileno(), 10_000, 0).decode())
-                time.sleep(0.1)  # the address decides, not the pause
             yield command, found[0].decode()
         finally:
             command.send_signal(signal.SIGINT)
             command.wait()
+
+
+def goes_on(command: subprocess.Popen[bytes], for_s: float) -> None:
+    """Let time pass while a command runs; end the benchmark if the command ends meanwhile."""
+    if ends_within(command, for_s):
+        sys.exit(f"the command has ended with {command.returncode} before its page was measured")
 
 
 def opened(browser: Browser, address: str, badge: str) -> Page:
@@ -67,9 +76,9 @@ def server_share(browser: Browser, folder: Path, *, open_page: bool) -> float:
         page = opened(browser, address, "live") if open_page else None
         children = psutil.Process(command.pid).children()
         (server,) = (child for child in children if "zenvoy view" in " ".join(child.cmdline()))
-        time.sleep(5.0)  # a server that has settled is what is measured, and nothing announces that
+        goes_on(command, SETTLES_S)
         before, begun = used_s(server), time.monotonic()
-        time.sleep(SHOWN_S)  # the time over which the mean is taken
+        goes_on(command, SHOWN_S)
         share = (used_s(server) - before) / (time.monotonic() - begun)
         if page is not None:
             page.close()
@@ -84,8 +93,8 @@ def lock_step_s(folder: Path, *, view: bool) -> float:
     if view:
         with showing(*run, "--view") as (command, _):
             log = folder / "lock-step-True" / "summary.json"
-            while command.poll() is None and not log.exists():
-                time.sleep(0.1)  # the summary decides, not the pause
+            while not log.exists() and not ends_within(command, LOOKED_EVERY_S):
+                pass
     else:
         subprocess.run([ZENVOY, *run], check=True, stdout=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

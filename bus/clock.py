@@ -20,9 +20,7 @@ def pause(for_s: float = 0.0002) -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    # The sleep synchronises nothing. It keeps a poll from taking a core that the fleet needs, and
-    # what a cycle computes depends on the messages that have arrived, never on when a caller looks.
-    time.sleep(for_s)
+    time.sleep(for_s)  # waits for no fact: what a cycle computes depends on messages, not on looks
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,8 +96,8 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
             _flush()
             os.kill(os.getpid(), signal.SIGKILL)
         _leave(DONE)
-    except BaseException as error:  # noqa: BLE001  # else the child runs the parent's code
-        # Nothing is swallowed: `_status` reports the error and turns it into an exit status.
+    except BaseException as error:  # noqa: BLE001  # reported by _status; the child ends here
+        # What left this function would run the parent's handlers in the child, as a second parent.
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:

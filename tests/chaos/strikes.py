@@ -61,9 +61,7 @@ def strike(started: Command, case: Case, out: Path) -> pb.Clock:
         first = "world" if case.victim == "command" else case.process
         if not started.has_children({first}):
             raise TooLateError
-        # The sleep waits for no fact: it is the random moment of the case, in the 0.3 s of a start.
-        # No assertion depends on how far the start has come at the signal.
-        time.sleep(0.3 * case.at)
+        time.sleep(0.3 * case.at)  # the case's random moment in a start; nothing is awaited
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
         _hit(started, case)
@@ -94,12 +92,11 @@ def _hit(started: Command, case: Case) -> None:
 def go_on_later(started: Command, case: Case) -> None:
     """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
-        # How long the victim stands still is the fault that the case injects. No result is awaited.
-        time.sleep(PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0)
+        standstill_s = PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0
+        time.sleep(standstill_s)  # the standstill of the victim is the fault that the case injects
         started.send(signal.SIGCONT)
     elif case.blow == "STOP 3 s":
-        # As above: the standstill itself is the fault.
-        time.sleep(PAUSE_S)
+        time.sleep(PAUSE_S)  # the standstill is the fault, as above
         try:
             started.send_to_child(case.process, signal.SIGCONT)
         except ProcessLookupError:
