@@ -60,19 +60,13 @@ def _to_foxglove(log: Path, port: int | None) -> None:
     from zenvoy.analysis.view.growing_log import GrowingLog
     from zenvoy.analysis.view.server import PortError
 
+    def ready(port: int) -> None:
+        say(f"{log} is served to Foxglove at {address_at(port)}  (Ctrl-C ends it)")
+
     begun = GrowingLog(log)
     try:
         begun.extend()  # so that a file which is no log is refused at once
-        if begun.whole and not begun.begun:
-            raise LogError(f"{log}: an MCAP file, but not the log of a run")  # noqa: TRY301
-        serve_log(
-            log,
-            port,
-            begun.vehicles,
-            lambda port: say(
-                f"{log} is served to Foxglove at {address_at(port)}  (Ctrl-C ends it)"
-            ),
-        )
+        serve_log(log, port, begun.vehicles, ready)
     except LogError as error:
         refuse(str(error))
     except PortError as error:

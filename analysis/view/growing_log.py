@@ -71,7 +71,8 @@ class GrowingLog:
     def extend(self) -> bool:
         """Read what has been added to the file; return whether anything was.
 
-        Raises LogError for a file that cannot be read, is no MCAP file, or is damaged.
+        Raises LogError for a file that cannot be read, is no MCAP file or is damaged, and for one that
+        has ended and is not the log of a run.
         """
         before = self._at
         try:
@@ -91,6 +92,8 @@ class GrowingLog:
             raise LogError(f"{self.path}: {error.strerror}") from error
         except (DamageError, McapError, struct.error, ValueError) as error:
             raise LogError(f"{self.path}: damaged at byte {self._at}: {error}") from error
+        if self.whole and not self.begun:
+            raise LogError(f"{self.path}: an MCAP file, but not the log of a run")
         return self._at > before
 
     def unpacked(self, place: Place) -> bytes:

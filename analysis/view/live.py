@@ -21,7 +21,7 @@ from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.growing_log import GrowingLog, Place
 from zenvoy.analysis.view.server import ADDRESS, PortError
 from zenvoy.bus.clock import wall_ns
-from zenvoy.bus.scene import SCENE_TOPIC, SCENE_TOPICS, Scene, Stage
+from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
 from zenvoy.bus.schemas import schema_of
 from zenvoy.bus.topics import LOGGED, REALTIME, TRUTH
 from zenvoy.scenarios import Scenario
@@ -145,6 +145,7 @@ class _Feed:
         self._stage_of = stage_of
         self._server = server
         self._clients = clients
+        self._begun = False
         self._scene: Scene | None = None
         self._channels = {
             topic: foxglove.Channel(
@@ -220,11 +221,12 @@ class _Feed:
 
     def _begin(self) -> None:
         """Make a scene once the log says of which scenario it is, unless it has one."""
-        if self._scene is not None or not self._log.begun:
+        if self._begun or not self._log.begun:
             return
+        self._begun = True
         try:
             scenario = Scenario.model_validate_json(self._log.effective or b"")
         except ValidationError as error:
             raise LogError(f"{self._log.path}: its scenario is not valid") from error
-        if SCENE_TOPIC not in self._log.topics.values():
+        if not scenario.log.scene:
             self._scene = Scene(self._stage_of(scenario))

@@ -56,8 +56,6 @@ class WatchedRun:
         more = self._log.extend()
         if self._scenario is None:
             if not self._log.begun:
-                if self._log.whole:
-                    raise LogError(f"{self._log.path}: an MCAP file, but not the log of a run")
                 return more
             self._begin(self._log.effective or b"")
         return self._search() or self._sample() or more

@@ -100,8 +100,13 @@ def client_at(address: str) -> Iterator[FoxgloveClient]:
         yield FoxgloveClient(opened)
 
 
-def test_a_client_sees_truth_and_scene_of_a_run_that_goes_on(tmp_path: Path) -> None:
-    (tmp_path / "s.yaml").write_text("{duration_s: 600, fleet: {size: 4}}")
+@pytest.mark.parametrize("scene_in_log", ["false", "true"])
+def test_a_client_sees_truth_and_scene_of_a_run_that_goes_on(
+    tmp_path: Path, scene_in_log: str
+) -> None:
+    """Each comes once in a cycle, whether the log or the server has drawn the scene."""
+    scenario = f"{{duration_s: 600, fleet: {{size: 4}}, log: {{scene: {scene_in_log}}}}}"
+    (tmp_path / "s.yaml").write_text(scenario)
     arguments = ("run", "s.yaml", "--realtime", "--out", "shown", "--foxglove")
     with command(tmp_path, *arguments) as shown:
         with client_at(address_in(shown)) as client:
@@ -109,6 +114,7 @@ def test_a_client_sees_truth_and_scene_of_a_run_that_goes_on(tmp_path: Path) -> 
             client.subscribe(*TOPICS)
             seen: dict[str, dict[int, Any]] = {topic: {} for topic in TOPICS}
             for topic, time_ns, message in client.messages():
+                assert time_ns not in seen[topic], topic
                 seen[topic][time_ns] = message
                 if all(len(of_topic) >= 5 for of_topic in seen.values()):
                     break
