@@ -14,7 +14,7 @@ from typing import Any, Final
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import EPOCH_NS
 from zenvoy.bus.scene_schema import SCENE, TRANSFORMS, scene_class
-from zenvoy.bus.summary import Summary
+from zenvoy.bus.summary import GapsOf, Summary
 from zenvoy.bus.topics import FRAMES, TRUTH, vehicle_name
 
 SCENE_TOPIC: Final = "/scene"
@@ -54,6 +54,7 @@ class Stage:
 
     vehicles: int
     ring_length_m: float | None
+    gaps_of: GapsOf
     vehicle_length_m: float
     fast_mps: float
 
@@ -63,7 +64,7 @@ class Scene:
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
-        self._summary = Summary(stage.ring_length_m)
+        self._summary = Summary(stage.gaps_of)
         self._scene = scene_class(SCENE)()
         self._frames = scene_class(TRANSFORMS)()
         self._road = self._scene.entities.add(id=ROAD, frame_id=ROAD)

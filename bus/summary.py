@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,17 @@ from numpy.typing import NDArray
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.packed import PackedCodec
 
-_FRAMES = PackedCodec(pb.Frames.DESCRIPTOR)
+GapsOf = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Returns gaps from front to front for positions, both m and (n,); NaN where nobody is ahead."""
+
+_FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
 
 class Summary:
     """Makes summaries of the fleet. The newest frames count for the truth that follows them."""
 
-    def __init__(self, ring_length_m: float | None) -> None:
-        self._ring_length_m = ring_length_m
+    def __init__(self, gaps_of: GapsOf) -> None:
+        self._gaps_of = gaps_of
         self._outcomes = np.zeros(len(pb.Outcome.values()), np.int64)
 
     def take(self, frames: bytes) -> None:
@@ -28,28 +32,17 @@ class Summary:
 
     def of(self, truth: pb.FleetTruth) -> pb.FleetSummary:
         """Return the summary of a cycle."""
-        gaps = self._gaps(np.array(truth.position))
+        gaps = self._gaps_of(np.array(truth.position))
         count = self._outcomes
         return pb.FleetSummary(
             cycle=truth.cycle,
             time_ns=truth.time_ns,
             mean_speed=float(np.mean(truth.speed)),
-            speed_rms=_rms_from_mean(truth.speed),
-            smallest_gap=float(gaps.min()),
-            gap_rms=_rms_from_mean(gaps),
+            speed_rms=float(np.std(truth.speed)),
+            smallest_gap=float(np.nanmin(gaps)),
+            gap_rms=float(np.nanstd(gaps)),
             delivered=count[pb.OUTCOME_DELIVERED],
             late=count[pb.OUTCOME_LATE],
             lost=count[pb.OUTCOME_LOST] + count[pb.OUTCOME_CORRUPTED],
             collided=count[pb.OUTCOME_COLLIDED],
         )
-
-    def _gaps(self, position: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the gaps from front to front, m: of all vehicles of a ring, else of all but 1."""
-        gaps = position[:-1] - position[1:]
-        if self._ring_length_m is None:
-            return gaps
-        return np.append(position[-1] + self._ring_length_m - position[0], gaps)
-
-
-def _rms_from_mean(values: Sequence[float] | NDArray[np.float64]) -> float:
-    return float(np.std(np.asarray(values, np.float64)))

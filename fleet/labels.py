@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from functools import partial
 
 from zenvoy.bus.clock import stamp
 from zenvoy.bus.log_metadata import RunMetadata
 from zenvoy.bus.scene import Stage
 from zenvoy.bus.text import utf8
+from zenvoy.links.distance import gaps
 from zenvoy.scenarios import Loaded, Scenario, effective_json, own_laws
 from zenvoy.world.recorder import Labels, metadata_of
 
@@ -39,6 +41,7 @@ def stage_of(scenario: Scenario) -> Stage:
     return Stage(
         vehicles=scenario.fleet.size,
         ring_length_m=scenario.ring_length_m,
+        gaps_of=partial(gaps, ring_length_m=scenario.ring_length_m),
         vehicle_length_m=scenario.fleet.length_m,
         fast_mps=max(scenario.control.desired_speed_mps, *scenario.fleet.speeds_at_start_mps, 1.0),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import cos, hypot, pi, sin
 from pathlib import Path
 from typing import Any
@@ -29,12 +30,19 @@ from zenvoy.bus.scene import (
 )
 from zenvoy.bus.scene_schema import SCENE, TRANSFORMS, scene_class, scene_schema
 from zenvoy.bus.topics import FRAMES, TRUTH
+from zenvoy.links.distance import gaps
 
 RING_M = 300.0
 
 
 def stage(ring_length_m: float | None) -> Stage:
-    return Stage(vehicles=3, ring_length_m=ring_length_m, vehicle_length_m=5, fast_mps=30)
+    return Stage(
+        vehicles=3,
+        ring_length_m=ring_length_m,
+        gaps_of=partial(gaps, ring_length_m=ring_length_m),
+        vehicle_length_m=5,
+        fast_mps=30,
+    )
 
 
 def truth(position: list[float], speed: list[float]) -> bytes:
