@@ -1,4 +1,4 @@
-"""Runs a server beside a run, in a process of its own that the run does not depend on."""
+"""Shows a run from a process beside it, on which the run does not depend."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ _YIELDS: Final = 10  # nice: where processors are scarce, the run comes first
 
 
 class Beside:
-    """A server that starts with the run and ends with the command."""
+    """A server or a table, which starts with the run. `end` ends it, which every user must call."""
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._child: Child | None = None
 
     def start(self, folder: Path, main: Callable[[], None]) -> None:
-        """Start the server, given as its main function, for the run in a folder."""
+        """Start it, given as its main function, for the run in a folder."""
         program = Program(name=self._name, run=folder.name, main=main, prefer=_yield_to_the_run)
         with requests_held():
             self._child = spawn(program, folder / LOGS / f"{self._name}.log", lambda _: None)
 
     @property
     def log(self) -> Path | None:
-        """Where the server writes; None if it has not started."""
+        """Where it writes its own output; None if it has not started."""
         return None if self._child is None else self._child.log
 
     def stay(self, code: int, what: str) -> None:
@@ -46,7 +46,7 @@ class Beside:
             errors.print(f"{what} has ended; see {self._child.log}")
 
     def end(self) -> None:
-        """End the server, which has nothing to finish."""
+        """End it, if it has started; it has nothing to finish."""
         if self._child is not None:
             self._child.signal(signal.SIGKILL)
             os.waitpid(self._child.pid, 0)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -16,7 +17,6 @@ from zenvoy.analysis.measures.spacing import spacing_of
 from zenvoy.analysis.measures.summary import summarize
 from zenvoy.bus.text import utf8
 from zenvoy.cli import exits
-from zenvoy.cli.live_table import LiveTable
 from zenvoy.cli.progress import RunProgress
 from zenvoy.cli.report import print_summary
 from zenvoy.cli.waiting import Waiting
@@ -27,6 +27,9 @@ from zenvoy.fleet.guests import NO_GUESTS, Guests
 from zenvoy.fleet.interruption import Interrupted
 from zenvoy.fleet.run import Watch, run
 from zenvoy.scenarios import Loaded, Scenario
+
+if TYPE_CHECKING:
+    from zenvoy.cli.live_table import LiveTable
 
 
 def execute(
@@ -40,12 +43,12 @@ def execute(
     waiting: Waiting | None = None,
     on_folder: Callable[[Path], None] = lambda _: None,
     by_hand: socket.socket | None = None,
-    live: bool = False,
+    table: Callable[[Console, Path], LiveTable] | None = None,
 ) -> int:
     """Run a scenario, and print its summary and its folder; return the exit code.
 
     `on_folder` gets the folder before the run begins; `by_hand` is for `fleet.run`.
-    `live` shows a table on the terminal in place of the bar.
+    `table` makes what the terminal shows in place of the bar, from the folder.
     """
     try:
         folder = make_folder(out, loaded.name)
@@ -60,15 +63,14 @@ def execute(
         )
     death: Death | None = None
     code = exits.OK
-    on_loss = partial(_print_death, errors=errors, then="; the run goes on")
-    tell_loss: Callable[[Death], None] = on_loss
-    held: list[Death] = []  # while the table has the screen
-    shown: RunProgress | LiveTable = RunProgress(console, loaded.name, loaded.scenario.duration_s)
-    if live:
-        shown, tell_loss = LiveTable(console, folder), held.append
+    tell_loss = partial(_print_death, errors=errors, then="; the run goes on")
+    held: list[Death] = []  # until the table gives the screen back
+    bar = RunProgress(console, loaded.name, loaded.scenario.duration_s)
+    shown = bar if table is None else table(console, folder)
     try:
         with shown as progress:
-            watch = Watch(on_progress=progress.show, on_loss=tell_loss, on_held_up=progress.note)
+            on_loss = tell_loss if table is None else held.append
+            watch = Watch(on_progress=progress.show, on_loss=on_loss, on_held_up=progress.note)
             if waiting is not None:
                 watch = replace(
                     watch,
@@ -92,7 +94,7 @@ def execute(
         errors.print(f"the run cannot go on: {shortage_of(error)}")
         code = exits.FAILED
     for lost in held:
-        on_loss(lost)
+        tell_loss(lost)
     if death is not None:
         code = _code_of(death)
         where = "" if waiting is None else waiting.where(death)

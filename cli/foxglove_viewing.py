@@ -7,8 +7,7 @@ import os
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 from zenvoy.analysis.view.server import ADDRESS
 from zenvoy.cli.beside import Beside, let_requests_end
@@ -43,14 +42,11 @@ def address_at(port: int) -> str:
 
 
 class FoxgloveServer:
-    """Serves a run by a process beside it, from `begin` on and until the context ends."""
+    """Serves a run by a process beside it, from `begin` on and until `close`."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._beside = Beside(_NAME)
         self._vehicles = scenario.fleet.size
-
-    def __enter__(self) -> Self:
-        return self
 
     def begin(self, folder: Path) -> None:
         """Start to serve the run that will be logged in a folder, and print the address."""
@@ -68,12 +64,8 @@ class FoxgloveServer:
         """After a run that ended by itself, go on serving it until a request to end."""
         self._beside.stay(code, _WHAT)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End the server."""
         self._beside.end()
 
     def _serve(self, log: Path, tells: int) -> None:

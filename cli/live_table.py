@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import signal
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -18,15 +17,14 @@ from rich.text import Text
 from zenvoy.analysis.view.figures import BLOCKS, PLAIN, Figures, figures_of, sparkline
 from zenvoy.analysis.view.watched import WatchedRun
 from zenvoy.bus.clock import pause, wall_ns
+from zenvoy.cli.beside import Beside
 from zenvoy.cli.streams import REPLACED
 from zenvoy.cli.terminal import visible
-from zenvoy.fleet.folder import LOG, LOGS
+from zenvoy.fleet.folder import LOG
 from zenvoy.fleet.progress import Progress
 from zenvoy.fleet.requests import requests_held
-from zenvoy.fleet.spawn import Child, Program, spawn
 
 _NAME: Final = "watch"
-_YIELDS: Final = 10  # nice: where processors are scarce, the run comes first
 _DRAWN_EVERY_NS: Final = 250_000_000
 _PAUSE_S: Final = 0.05
 _EVENTS: Final = 3
@@ -42,7 +40,7 @@ class LiveTable:
 
     def __init__(self, console: Console, folder: Path) -> None:
         self._console, self._folder = console, folder
-        self._child: Child | None = None
+        self._beside = Beside(_NAME)
 
     def __enter__(self) -> Self:
         try:
@@ -73,31 +71,18 @@ class LiveTable:
 
     def _start(self) -> None:
         terminal = os.dup(self._console.file.fileno())  # a child's own output goes to its log
-        program = Program(
-            name=_NAME,
-            run=self._folder.name,
-            main=partial(_follow, self._folder / LOG, terminal, self._console.encoding),
-            prefer=_yield_to_the_run,
-        )
+        follow = partial(_follow, self._folder / LOG, terminal, self._console.encoding)
         try:
-            self._child = spawn(program, self._folder / LOGS / f"{_NAME}.log", lambda _: None)
+            self._beside.start(self._folder, follow)
         finally:
             os.close(terminal)
 
     def _end(self) -> None:
         with requests_held():
-            if self._child is not None:
-                self._child.signal(signal.SIGKILL)  # it has nothing to finish
-                os.waitpid(self._child.pid, 0)
-                os.close(self._child.pidfd)
-                self._child = None
+            self._beside.end()
             self._console.show_cursor(True)
             self._console.set_alt_screen(False)
             self._console.file.flush()
-
-
-def _yield_to_the_run() -> None:
-    os.nice(_YIELDS)
 
 
 def _follow(log: Path, terminal: int, encoding: str) -> None:

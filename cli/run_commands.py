@@ -37,6 +37,7 @@ from zenvoy.cli.options import (
 )
 from zenvoy.cli.streams import flush
 from zenvoy.cli.terminal import console, errors, has_screen, refuse, say
+from zenvoy.fleet.per_process import crowd
 from zenvoy.fleet.requests import interruptible
 
 
@@ -132,7 +133,6 @@ def run(
         per_process=per_process,
     )
     from zenvoy.fleet.choice import EngineError, choose
-    from zenvoy.fleet.per_process import crowd
 
     try:
         chosen = choose(asked, loaded.scenario)
@@ -149,7 +149,9 @@ def run(
 
     run_it = partial(execute, loaded, out, chosen.engine, console, errors, others, per_process)
     if watch:
-        run_it = partial(run_it, live=True)
+        from zenvoy.cli.live_table import LiveTable
+
+        run_it = partial(run_it, table=LiveTable)
     if not (view or foxglove):
         with interruptible():
             code = run_it()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from zenvoy.cli.foxglove_viewing import FoxgloveServer
@@ -21,8 +21,8 @@ def run_shown(
     vehicle has a process of its own on this machine, which the page may kill.
     """
     with interruptible(), ExitStack() as servers:
-        viewer = servers.enter_context(Viewer(scenario, kills=kills)) if page else None
-        served = servers.enter_context(FoxgloveServer(scenario)) if foxglove else None
+        viewer = servers.enter_context(closing(Viewer(scenario, kills=kills))) if page else None
+        served = servers.enter_context(closing(FoxgloveServer(scenario))) if foxglove else None
         shown = [server for server in (viewer, served) if server is not None]
 
         def begin(folder: Path) -> None:

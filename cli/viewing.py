@@ -9,8 +9,7 @@ import socket
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import Final, Self
+from typing import Final
 
 from zenvoy.analysis.view.controls import NO_CONTROLS, Act, Controls
 from zenvoy.analysis.view.server import address_of, listener, serve
@@ -41,7 +40,7 @@ async def until_asked_to_end(serve_it: Callable[[asyncio.Event], Awaitable[None]
 
 
 class Viewer:
-    """Shows a run by a process beside it, from `begin` on and until the context ends.
+    """Shows a run by a process beside it, from `begin` on and until `close`.
 
     The run does not depend on that process, which reads the log. In real time the page can also
     interfere: `by_hand` is the end of the world's for its requests. `kills`: the page may kill the
@@ -56,9 +55,6 @@ class Viewer:
         if scenario.clock == "realtime":
             self._asks, self.by_hand = pair()
 
-    def __enter__(self) -> Self:
-        return self
-
     def begin(self, folder: Path) -> None:
         """Start to show the run that will be logged in a folder, and print the address."""
         key = secrets.token_urlsafe(12)
@@ -72,12 +68,8 @@ class Viewer:
         """After a run that ended by itself, go on showing it until a request to end."""
         self._beside.stay(code, "the page")
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """End the server and its line to the run."""
         self._beside.end()
         for end in (self._asks, self.by_hand):
             if end is not None:
@@ -90,12 +82,17 @@ class Viewer:
         if asks is None:
             show(log, made)
             return
+        of_vehicle = partial(Act, of="vehicle", allowed=range(1, self._size + 1))
         acts = {
-            "brake": Act(do=lambda vehicle, _: ask(asks, Brake(vehicle))),
-            "lose": Act(do=lambda percent, _: ask(asks, Lose(percent / 100)), is_percentage=True),
+            "brake": of_vehicle(do=lambda vehicle, _: ask(asks, Brake(vehicle))),
+            "lose": Act(
+                of="percent",
+                allowed=range(101),
+                do=lambda percent, _: ask(asks, Lose(percent / 100)),
+            ),
         }
         if self._kills:
-            acts["kill"] = Act(
+            acts["kill"] = of_vehicle(
                 do=lambda vehicle, run: kill_process(vehicle_name(vehicle, self._size), run, parent)
             )
         show(log, made, Controls(key=key, acts=acts))

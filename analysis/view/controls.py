@@ -10,17 +10,14 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Act:
-    """What may be done with a number: a vehicle, or a percentage if it says so.
+    """What may be done with a number, such as that of a vehicle; `of` says what the number is.
 
     `do` gets the number and the name of the run, and returns whether it could be done.
     """
 
+    of: str
+    allowed: range
     do: Callable[[int, str], bool]
-    is_percentage: bool = False
-
-    def takes(self, number: int, vehicles: int) -> bool:
-        """Return whether the number can be meant, for a fleet of so many vehicles."""
-        return 0 <= number <= 100 if self.is_percentage else 1 <= number <= vehicles
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

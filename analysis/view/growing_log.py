@@ -71,8 +71,8 @@ class GrowingLog:
     def extend(self) -> bool:
         """Read what has been added to the file; return whether anything was.
 
-        Raises LogError for a file that cannot be read, is no MCAP file or is damaged, and for one that
-        has ended and is not the log of a run.
+        Raises LogError for a file that cannot be read, is no MCAP file, or is damaged, and for one
+        that has ended and is not the log of a run.
         """
         before = self._at
         try:

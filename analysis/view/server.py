@@ -223,15 +223,14 @@ class _Acts(_OfRun):
             self.set_status(403)
             self.finish(why)
             return
-        about = await self.ask(self._run.about)
-        asked = self._controls.acts[act]
-        number = self.number("percent" if asked.is_percentage else "vehicle", -1)
-        if not asked.takes(number, about["vehicles"]):
+        wanted = self._controls.acts[act]
+        number = self.number(wanted.of, -1)
+        if number not in wanted.allowed:
             raise HTTPError(400)
-        if not asked.do(number, about["run"]):
+        about = await self.ask(self._run.about)
+        if not wanted.do(number, about["run"]):
             self.set_status(409)
-            gone = "the run" if asked.is_percentage else f"vehicle {number}"
-            self.finish(f"{act}: {gone} has no process here any more")
+            self.finish(f"{act} {wanted.of} {number}: its process is not here any more")
 
 
 class _Cycles(_OfRun):

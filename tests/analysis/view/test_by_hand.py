@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import re
 import signal
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
@@ -50,7 +49,9 @@ def test_requests_arrive_in_order_and_neither_end_blocks() -> None:
 
 
 def test_only_those_who_know_the_key_may_act() -> None:
-    controls = Controls(key="secret", acts={"brake": Act(do=lambda _, __: True)})
+    controls = Controls(
+        key="secret", acts={"brake": Act(of="vehicle", allowed=range(1, 3), do=lambda _, __: True)}
+    )
     assert controls.refusal("secret", "brake") is None
     assert "address" in (controls.refusal("", "brake") or "")
     assert "address" in (controls.refusal("é", "brake") or "")
@@ -78,13 +79,6 @@ def test_a_brake_by_hand_brakes_and_is_an_event(tmp_path: Path) -> None:
     ]
     assert speeds[22] == pytest.approx([30.0, 24.0, 30.0])
     assert speeds[39] == pytest.approx([30.0, 24.0, 30.0])  # no law drives here
-
-
-def test_a_number_is_a_vehicle_or_a_percentage() -> None:
-    vehicle = Act(do=lambda _, __: True)
-    assert [vehicle.takes(n, 4) for n in (0, 1, 4, 5)] == [False, True, True, False]
-    percentage = replace(vehicle, is_percentage=True)
-    assert [percentage.takes(n, 4) for n in (-1, 0, 100, 101)] == [False, True, True, False]
 
 
 def test_a_loss_by_hand_is_an_event_and_reaches_the_channel(tmp_path: Path) -> None:
@@ -146,7 +140,7 @@ def test_a_run_in_real_time_is_braked_and_a_vehicle_killed(tmp_path: Path) -> No
         shown.wait_for_children({"view", "world", "channel", "vehicle-03"})
         shown.wait_for_cycles(log)
         assert post(address, "brake", 2, "guessed")[0] == 403
-        assert post(address, "brake", 5, key)[0] == 400
+        assert [post(address, "brake", vehicle, key)[0] for vehicle in (0, 5)] == [400, 400]
         assert post(address, "brake", 2, key) == (200, "")
         assert post(address, "lose", 101, key)[0] == 400
         assert post(address, "lose", 100, key) == (200, "")
