@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-_BLOCK: Final = re.compile(r"^```(sh|console)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+from tests.docs_blocks import named_blocks
+
 _INLINE: Final = re.compile(r"`(zenvoy [^`]+)`")
 _PROMPT: Final = "$ "
 
@@ -28,7 +29,9 @@ class Typed:
 def commands_of_blocks(page: str) -> list[Typed]:
     """Return all commands in the blocks of a page, in order."""
     found: list[Typed] = []
-    for language, body in _BLOCK.findall(page):
+    for language, _, body in named_blocks(page):
+        if language not in {"sh", "console"}:
+            continue
         for line in body.replace("\\\n", " ").splitlines():
             if language == "sh" or line.startswith(_PROMPT):
                 found += [Typed(words) for words in _commands(line.removeprefix(_PROMPT))]
