@@ -1,7 +1,6 @@
-"""Helpers run the `zenvoy` command as its users do, and read the logs that it writes.
+"""Helpers run the `zenvoy` command as its users do, and wait for what it does.
 
-Every wait is for a fact, never for a time. After LIMIT_S it fails and names the fact. The module is
-long because a command, its ends and its log are one idea to almost every test of processes.
+Every wait is for a fact, never for a time. After LIMIT_S it fails and names the fact.
 """
 
 from __future__ import annotations
@@ -9,25 +8,22 @@ from __future__ import annotations
 import os
 import select
 import signal
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import psutil
 import pytest
 from hypothesis import settings
-from mcap.exceptions import EndOfFile
-from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
 
 from tests.as_child import as_child
+from tests.streamed_log import Log, read_log
 
 # Other programs may keep every core busy, so the time of an example has no meaning.
 settings.register_profile("busy", deadline=None)
@@ -49,75 +45,6 @@ _STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder that the tests of a module share."""
     return tmp_path_factory.mktemp("module")
-
-
-class Logged(NamedTuple):
-    """A message of a log."""
-
-    topic: str
-    log_time: int
-    publish_time: int
-    data: bytes
-
-
-@dataclass(frozen=True, slots=True)
-class Log:
-    """A log that is read from front to back, or up to its cut (`whole` is False)."""
-
-    header: Header
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    messages: list[Logged] = field(default_factory=list)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    attachments: dict[str, bytes] = field(default_factory=dict)
-    whole: bool = False
-
-    def of(self, topic: str) -> list[Logged]:
-        """Return the messages of one topic in the order of the file."""
-        return [message for message in self.messages if message.topic == topic]
-
-    @property
-    def result(self) -> dict[str, str]:
-        """Return the metadata on the end of the run."""
-        return self.metadata["zenvoy.result"]
-
-
-def read_log(path: Path) -> Log:
-    """Read a log as a stream, up to its cut if it has one."""
-    with path.open("rb") as file:
-        records = iter(StreamReader(file).records)
-        header = next(records)
-        assert isinstance(header, Header)
-        log, whole = Log(header), False
-        try:
-            for record in records:
-                _take(log, record)
-                whole = whole or isinstance(record, Footer)
-        except (EndOfFile, struct.error):  # struct.error if the cut is inside a length
-            pass
-    return Log(
-        log.header,
-        log.schemas,
-        log.channels,
-        log.messages,
-        log.metadata,
-        log.attachments,
-        whole,
-    )
-
-
-def _take(log: Log, record: object) -> None:
-    if isinstance(record, Schema):
-        log.schemas[record.id] = record
-    elif isinstance(record, Channel):
-        log.channels[record.id] = record
-    elif isinstance(record, Message):
-        topic = log.channels[record.channel_id].topic
-        log.messages.append(Logged(topic, record.log_time, record.publish_time, record.data))
-    elif isinstance(record, Metadata):
-        log.metadata[record.name] = record.metadata
-    elif isinstance(record, Attachment):
-        log.attachments[record.name] = record.data
 
 
 def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) -> None:

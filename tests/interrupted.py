@@ -5,7 +5,8 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
-from tests.conftest import command, read_log
+from tests.conftest import command
+from tests.streamed_log import read_log
 
 
 def assert_keeps_its_log(folder: Path, number: signal.Signals, *arguments: str) -> None:

@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from tests.conftest import Log, Logged
+from tests.streamed_log import Log, Logged
 
 _HEAD: Final = struct.Struct("<BQ")
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.conftest import read_log
 from tests.logs import write_log
+from tests.streamed_log import read_log
 from zenvoy.analysis import load
 from zenvoy.bus import messages_pb2 as pb
 

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from tests.conftest import Log, read_log
 from tests.log_surgery import add_beside
 from tests.logs import write_log
+from tests.streamed_log import Log, read_log
 from zenvoy.analysis import LogError, load, read_facts
 from zenvoy.analysis.log.columns import Table
 from zenvoy.analysis.log.load import Run

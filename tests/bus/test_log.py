@@ -17,7 +17,8 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader, make_reader
 
-from tests.conftest import Log, run
+from tests.conftest import run
+from tests.streamed_log import Log
 from zenvoy.bus.topics import LOGGED
 
 # Commands take effect in the second period after their cycle's start, brakes inside a period.

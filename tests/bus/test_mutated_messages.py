@@ -17,8 +17,9 @@ import pytest
 
 from tests.attack.attacker import FIRST_CYCLE
 from tests.attack.mutator import MARK
-from tests.conftest import LIMIT_S, Log, read_log, run
+from tests.conftest import LIMIT_S, run
 from tests.fleet_of_three import FLEET, MOST_LINES
+from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import WINDOW
 

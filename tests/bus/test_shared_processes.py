@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conftest import Log, command, read_log, run, wait_until, zenvoy
+from tests.conftest import command, run, wait_until, zenvoy
+from tests.streamed_log import Log, read_log
 from tests.virtual_time import Logged, VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Agent

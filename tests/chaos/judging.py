@@ -11,7 +11,8 @@ from typing import Final
 from tests.chaos.cases import PATIENT_S, scenario_of
 from tests.chaos.ends import COMPLETE_BY_THEN, expected_of
 from tests.chaos.found import Found
-from tests.conftest import Command, Log, Outcome, read_log, run
+from tests.conftest import Command, Outcome, run
+from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 
 LOST_S: Final = 0.5  # wall time that a log may lose at its end if its world is killed

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from mcap.writer import Writer
 
-from tests.conftest import Outcome, read_log, zenvoy
+from tests.conftest import Outcome, zenvoy
+from tests.streamed_log import read_log
 
 TOPICS = (
     "/fleet/truth",

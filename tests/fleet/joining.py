@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from tests.conftest import Command, Log, command, read_log
+from tests.conftest import Command, command
+from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 
 _RESERVED: Final[list[socket.socket]] = []  # open as long as this process lives

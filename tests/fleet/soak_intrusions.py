@@ -7,9 +7,10 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
-from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
+from tests.conftest import LIMIT_S, command, wait_until, zenvoy
 from tests.fleet.joining import free_ports
 from tests.intrusions.crowd import knock
+from tests.streamed_log import read_log
 
 CONNECTIONS: Final = 10_000
 WITHIN_S: Final = 60.0

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.as_child import as_child
-from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
+from tests.conftest import LIMIT_S, command, wait_until, zenvoy
 from tests.fleet.joining import (
     STEPPED,
     commanded,
@@ -24,6 +24,7 @@ from tests.fleet.joining import (
     meeting,
     running,
 )
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 
 ROOT = Path(__file__).parents[2]

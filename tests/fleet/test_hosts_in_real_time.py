@@ -11,8 +11,9 @@ from typing import Final
 
 import pytest
 
-from tests.conftest import read_log, wait_until, zenvoy
+from tests.conftest import wait_until, zenvoy
 from tests.fleet.hosts import host, serving
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 
 TIMED: Final = """

@@ -16,9 +16,10 @@ from typing import Final
 import pytest
 
 from tests.as_child import as_child
-from tests.conftest import LIMIT_S, Log, command, read_log, wait_until, zenvoy
+from tests.conftest import LIMIT_S, command, wait_until, zenvoy
 from tests.fleet.joining import STEPPED, free_ports, joining, meeting
 from tests.intrusions.keys import make_keys
+from tests.streamed_log import Log, read_log
 
 ROOT: Final = Path(__file__).parents[2]
 # Attempts to put, delete or show something, by the door that the log must name them at.

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import zenoh
 
-from tests.conftest import LIMIT_S, command, read_log, wait_until, zenvoy
+from tests.conftest import LIMIT_S, command, wait_until, zenvoy
 from tests.fleet.joining import STEPPED, free_ports, joining, meeting
 from tests.intrusions.intruder import member
+from tests.streamed_log import read_log
 from zenvoy.bus.topics import CLOCK, TRUTH
 
 

@@ -10,9 +10,10 @@ import psutil
 import pytest
 from numpy.typing import NDArray
 
-from tests.conftest import command, read_log, run, wait_until, zenvoy
+from tests.conftest import command, run, wait_until, zenvoy
 from tests.faults import scenario_with
 from tests.logs import write_log
+from tests.streamed_log import read_log
 from zenvoy.analysis import load
 from zenvoy.analysis.chapters.contents import chapters
 from zenvoy.analysis.log.load import Run

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.conftest import read_log, run, zenvoy
+from tests.conftest import run, zenvoy
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 
 RESTARTED = """

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Log, run
+from tests.conftest import run
+from tests.streamed_log import Log
 from zenvoy.bus import messages_pb2 as pb
 
 DATA_TOPICS = {

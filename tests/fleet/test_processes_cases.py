@@ -7,7 +7,8 @@ from typing import Final
 
 import pytest
 
-from tests.conftest import read_log, zenvoy
+from tests.conftest import zenvoy
+from tests.streamed_log import read_log
 
 SHORT: Final = ["--duration-s", "2.5", "--set", "fleet.size=8", "--set", "events.0.at_s=0.5"]
 CASES: Final = [f"paper/case-{number:02}" for number in range(1, 17)]

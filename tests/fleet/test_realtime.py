@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Command, Log, command, read_log, run, wait_until, zenvoy
+from tests.conftest import Command, command, run, wait_until, zenvoy
+from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 
 SHORT = """

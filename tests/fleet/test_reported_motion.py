@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.cab import Cab, beacon
-from tests.conftest import read_log, zenvoy
+from tests.conftest import zenvoy
 from tests.fleet.test_arrays import first_difference, in_batch, of_seeds, on_bus
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.fleet.arrays.covered import uncovered
 from zenvoy.scenarios import Loaded, load

@@ -15,10 +15,11 @@ from typing import Any, Final
 import pytest
 
 from tests.as_child import as_child
-from tests.conftest import LIMIT_S, Command, command, read_log, wait_until, zenvoy
+from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import STEPPED, free_ports, joining, meeting
 from tests.intrusions.keys import HOSTS, REVOKED, SIZE, make_keys
 from tests.router import Router, locked_endpoint, router
+from tests.streamed_log import read_log
 from zenvoy import run
 from zenvoy.bus.access import ANY_RUN, access_control, member_of
 from zenvoy.fleet.authority import make_certificates, validity_of

@@ -8,9 +8,9 @@ from pathlib import Path
 from random import Random
 from typing import Final, NamedTuple
 
-from tests.conftest import Log, read_log
 from tests.log_surgery import Record, taken_apart
 from tests.logs import chunk_every, write_log
+from tests.streamed_log import Log, read_log
 
 _SCENARIOS: Final = {
     "chain": """

@@ -8,9 +8,9 @@ from dataclasses import replace
 from random import Random
 from typing import Final
 
-from tests.conftest import Logged
 from tests.log_surgery import rewritten
 from tests.mutated_logs.bases import Base, Mutation
+from tests.streamed_log import Logged
 from zenvoy.bus.log_metadata import CHECKSUM, RESULT, RUN, sealed
 
 

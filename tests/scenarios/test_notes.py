@@ -10,9 +10,7 @@ import pytest
 from tests.conftest import zenvoy
 from tests.scenarios.conftest import Write
 from zenvoy.analysis import load as load_log
-from zenvoy.analysis.measures.fallbacks import fallbacks
-from zenvoy.bus import messages_pb2 as pb
-from zenvoy.scenarios import Scenario, load
+from zenvoy.scenarios import load
 from zenvoy.scenarios.reading.library import packaged
 
 OPEN = "duration_s: 60\nroad: {type: open}\nfleet: {size: 4}\n"
@@ -218,73 +216,3 @@ def test_notes_are_printed_and_logged_and_refused_if_strict(write: Write, tmp_pa
     assert json.loads(Path("r/summary.json").read_text())["notes"] == list(run.notes)
     assert zenvoy(tmp_path, "analyze", "r/run.mcap").code == 0
     assert "is not before the end of the run" in Path("r/run-analysis/report.html").read_text()
-
-
-@pytest.mark.parametrize(
-    ("settings", "wait_ms"),
-    [
-        ((), 11.0),
-        (("channel.technology=lte-a-pro",), 81.0),
-        (("channel.technology=ieee80211px",), 11.0),
-        (("channel.technology=5g-mmwave",), 11.0),
-        (("channel.frame_bytes=30000",), 50.0),
-        (("channel.bit_rate_mbps=0.1",), 34.0),
-        (("control.v2v_wait_ms=null",), 11.0),
-        (("channel.technology=lte-a-pro", "control.v2v_wait_ms=20"), 20.0),
-        (("channel.technology=lte-a-pro", "control.v2v_wait_ms=0"), 0.0),
-        (("channel.technology=lte-a-pro", "period_ms=81"), 0.0),
-        (("period_ms=10",), 0.0),
-        (("clock=realtime",), 26.0),
-        (("clock=realtime", "speed=2"), 41.0),
-        (("clock=realtime", "channel.technology=lte-a-pro"), 90.5),
-        (("clock=realtime", "period_ms=20"), 15.5),
-    ],
-)
-def test_the_default_wait_fits_the_technology(
-    write: Write, settings: tuple[str, ...], wait_ms: float
-) -> None:
-    write("{}")
-    scenario = load("s.yaml", settings).scenario
-    assert scenario.control.v2v_wait_ms == wait_ms
-    assert scenario.v2v_wait_ns == round(wait_ms * 1e6)
-    assert scenario.control.system_delay_ms == 89.0  # does not depend on the radio
-    assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
-
-
-@pytest.mark.parametrize("technology", ["ieee80211p", "ieee80211px", "lte-a-pro", "5g-mmwave"])
-def test_no_frame_is_late_by_default(tmp_path: Path, technology: str) -> None:
-    """This is the README's example, shortened. A wait of 11 ms makes every LTE-A Pro frame late."""
-    settings = ("--set", f"channel.technology={technology}", "--set", "channel.loss.p=0.3")
-    command = ("run", "quickstart", "--bus", "in-process", "--duration-s", "11", *settings)
-    assert zenvoy(tmp_path, *command, "--strict", "--out", "r").code == 0
-    summary = json.loads((tmp_path / "r/summary.json").read_text())
-    assert summary["frames"]["delivered"] > 0
-    assert summary["frames"]["late"] == 0
-
-
-def event(kind: pb.EventKind.ValueType, vehicle: int, at_s: float) -> pb.Event:
-    return pb.Event(kind=kind, vehicle=vehicle, time_ns=round(at_s * 1e9))
-
-
-def test_a_vehicle_that_has_heard_nobody_yet_has_not_fallen_back() -> None:
-    falls, ends = pb.EVENT_FALLBACK, pb.EVENT_FALLBACK_END
-    events = [
-        event(falls, 1, 0.011),  # until the first frame comes
-        event(falls, 2, 0.011),  # for longer than data are valid
-        event(falls, 3, 0.011),  # for good
-        event(ends, 1, 0.211),
-        event(ends, 2, 1.111),
-        event(falls, 1, 5.011),
-        event(ends, 1, 5.111),
-    ]
-    assert fallbacks(events, Scenario()) == 3
-    assert fallbacks(events[:1], Scenario()) == 1
-
-
-def test_a_run_over_a_late_channel_starts_without_fallbacks(write: Write, tmp_path: Path) -> None:
-    write("duration_s: 3\nfleet: {size: 4}\nchannel: {technology: lte-a-pro}\n")
-    command = ("run", "s.yaml", "--bus", "in-process", "--set", "control.v2v_wait_ms=0")
-    assert zenvoy(tmp_path, *command, "--out", "r").code == 0
-    run = load_log("r/run.mcap")
-    assert any(found.kind == pb.EVENT_FALLBACK for found in run.events)
-    assert json.loads(Path("r/summary.json").read_text())["fallbacks"] == 0

@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fleet.test_arrays import of_seeds, whole_scenarios
+from tests.fleet.test_arrays import of_seeds
+from tests.fleet.whole_scenarios import whole_scenarios
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.log.load import load as load_log
 from zenvoy.analysis.log.records import LogError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.conftest import read_log
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.topics import EVENTS
 from zenvoy.fleet.labels import labels_of

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Logged, read_log
 from tests.damaged_logs import assert_begins, written
 from tests.log_surgery import (
     rewritten,
 )
+from tests.streamed_log import Logged, read_log
 from zenvoy.analysis import LogError, load
 from zenvoy.analysis.log.load import Run
 from zenvoy.bus import messages_pb2 as pb

@@ -11,13 +11,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from tests.conftest import read_log, zenvoy
+from tests.conftest import zenvoy
 from tests.damaged_logs import TABLES, assert_begins, written
 from tests.log_surgery import (
     chunks_among,
     put_together,
     taken_apart,
 )
+from tests.streamed_log import read_log
 from zenvoy.analysis import LogError, load
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.log.repair import RepairError, repair

@@ -15,9 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.analysis.view.pages import address_in
-from tests.conftest import Command, command, read_log, wait_until
+from tests.conftest import Command, command, wait_until
 from tests.fleet.hosts import host, serving
 from tests.fleet_of_three import scenario_of
+from tests.streamed_log import read_log
 from zenvoy.analysis.log.load import load
 from zenvoy.analysis.view.controls import NO_CONTROLS, Act, Controls
 from zenvoy.bus import messages_pb2 as pb

@@ -9,9 +9,10 @@ from typing import Final
 import pytest
 
 import zenvoy as api
-from tests.conftest import read_log, zenvoy
+from tests.conftest import zenvoy
 from tests.fleet.engines.conftest import summary
 from tests.interrupted import assert_keeps_its_log
+from tests.streamed_log import read_log
 from zenvoy.analysis.log.load import load
 
 ENGINES: Final = ("in-process", "arrays")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from tests.conftest import read_log, zenvoy
+from tests.conftest import zenvoy
 from tests.scenarios.extends.conftest import BASE
+from tests.streamed_log import read_log
 from zenvoy.scenarios import Scenario, load
 
 

@@ -1,0 +1,81 @@
+"""Reads logs from front to back, by the records of the format alone."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.exceptions import EndOfFile
+from mcap.records import Attachment, Channel, Footer, Header, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+
+
+class Logged(NamedTuple):
+    """A message of a log."""
+
+    topic: str
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A log that is read from front to back, or up to its cut (`whole` is False)."""
+
+    header: Header
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    messages: list[Logged] = field(default_factory=list)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    whole: bool = False
+
+    def of(self, topic: str) -> list[Logged]:
+        """Return the messages of one topic in the order of the file."""
+        return [message for message in self.messages if message.topic == topic]
+
+    @property
+    def result(self) -> dict[str, str]:
+        """Return the metadata on the end of the run."""
+        return self.metadata["zenvoy.result"]
+
+
+def read_log(path: Path) -> Log:
+    """Read a log as a stream, up to its cut if it has one."""
+    with path.open("rb") as file:
+        records = iter(StreamReader(file).records)
+        header = next(records)
+        assert isinstance(header, Header)
+        log, whole = Log(header), False
+        try:
+            for record in records:
+                _take(log, record)
+                whole = whole or isinstance(record, Footer)
+        except (EndOfFile, struct.error):  # struct.error if the cut is inside a length
+            pass
+    return Log(
+        log.header,
+        log.schemas,
+        log.channels,
+        log.messages,
+        log.metadata,
+        log.attachments,
+        whole,
+    )
+
+
+def _take(log: Log, record: object) -> None:
+    if isinstance(record, Schema):
+        log.schemas[record.id] = record
+    elif isinstance(record, Channel):
+        log.channels[record.id] = record
+    elif isinstance(record, Message):
+        topic = log.channels[record.channel_id].topic
+        log.messages.append(Logged(topic, record.log_time, record.publish_time, record.data))
+    elif isinstance(record, Metadata):
+        log.metadata[record.name] = record.metadata
+    elif isinstance(record, Attachment):
+        log.attachments[record.name] = record.data
