@@ -17,9 +17,9 @@ from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
+from zenvoy.vehicles.filterpy_kalman import KalmanFilter
 from zenvoy.vehicles.linear import Array, linear_model
 from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.transcribed import Matrix, Model, predicted, updated

@@ -12,10 +12,14 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from zenvoy.laws.errors import raised
 from zenvoy.laws.estimator import Array, Estimator, LinearModel, Moments, Tracker
+from zenvoy.vehicles.filterpy_kalman import (
+    ExtendedKalmanFilter,
+    MerweScaledSigmaPoints,
+    UnscentedKalmanFilter,
+)
 from zenvoy.vehicles.linear import linear_model
 from zenvoy.vehicles.time_limit import time_limit
 

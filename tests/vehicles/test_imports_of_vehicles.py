@@ -40,3 +40,23 @@ def test_only_filterpy_imports_scipys_functions() -> None:
 
 def test_scenarios_and_the_channel_import_scipys_functions_late() -> None:
     imported("import sys, zenvoy.channel.process; assert 'scipy.special' not in sys.modules")
+
+
+def test_filters_come_without_filterpys_statistics_until_somebody_uses_them() -> None:
+    """scipy.stats takes as long to import as the filters. All of filterpy is there all the same."""
+    imported(
+        """
+import sys
+from zenvoy.vehicles.filterpy_kalman import KalmanFilter
+assert "filterpy.stats" not in sys.modules and "scipy.stats" not in sys.modules
+import filterpy, numpy
+kalman = KalmanFilter(dim_x=1, dim_z=1)
+kalman.predict()
+kalman.update(numpy.array([3.0]))
+likelihood = kalman.log_likelihood
+import scipy.stats
+assert filterpy.stats.gaussian is sys.modules["filterpy.stats"].gaussian
+assert likelihood == scipy.stats.norm(0.0, kalman.S[0, 0] ** 0.5).logpdf(3.0), likelihood
+from filterpy.stats import multivariate_gaussian
+"""
+    )

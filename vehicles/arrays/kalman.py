@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from filterpy.kalman import KalmanFilter
 
 from zenvoy.vehicles.arrays.rows import Bools, Floats, Ints
+from zenvoy.vehicles.filterpy_kalman import KalmanFilter
 from zenvoy.vehicles.gains import SETTLED, objects
 from zenvoy.vehicles.steps import Number
 
