@@ -23,6 +23,7 @@ import pytest
 from hypothesis import settings
 
 from tests.as_child import as_child
+from tests.preloaded import Forked, fork, plain_environment
 from tests.streamed_log import Log, read_log
 
 # Other programs may keep every core busy, so the time of an example has no meaning.
@@ -38,7 +39,6 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 
 LIMIT_S: Final = 180.0
 """How long tests wait before they call it a hang, s: longer than a busy machine needs."""
-_STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +67,12 @@ class Outcome:
 
 
 class Command:
-    """A running `zenvoy` command, with its own process group, in the folder `cwd`."""
+    """A running `zenvoy` command, with its own process group, in the folder `cwd`.
+
+    It is a fork of a process that has imported Zenvoy. It runs from its start, with an interpreter
+    of its own, if a test looks at that, or has settings that count from there: `env`, `stdout`,
+    `limit` and `inside`.
+    """
 
     def __init__(
         self,
@@ -77,22 +82,27 @@ class Command:
         stdout: int | None = None,
         limit: tuple[int, int] | None = None,
         inside: Sequence[str] = (),
+        from_start: bool = False,
     ) -> None:
         self._out, self._err = cwd / "stdout.txt", cwd / "stderr.txt"
         self.sockets = tempfile.TemporaryDirectory(prefix="zt-")  # paths of sockets are short
         self._pidfds: dict[str, int] = {}
-        plain = {name: value for name, value in os.environ.items() if name not in _STYLING}
-        environment = {**plain, "COLUMNS": "200", "TMPDIR": self.sockets.name, **(env or {})}
+        environment = {**plain_environment(), "TMPDIR": self.sockets.name, **(env or {})}
+        self._process: subprocess.Popen[bytes] | Forked
         with self._out.open("wb") as out, self._err.open("wb") as err:
-            self._process = subprocess.Popen(
-                as_child(*inside, *_zenvoy(), *arguments, limit=limit),
-                cwd=cwd,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=out if stdout is None else stdout,
-                stderr=err,
-                start_new_session=True,
-            )
+            if from_start or env or stdout is not None or limit or inside:
+                self._process = subprocess.Popen(
+                    as_child(*inside, *_zenvoy(), *arguments, limit=limit),
+                    cwd=cwd,
+                    env=environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=out if stdout is None else stdout,
+                    stderr=err,
+                    start_new_session=True,
+                )
+            else:
+                command = [*_zenvoy(), *arguments]
+                self._process = fork(command, cwd, environment, out.fileno(), err.fileno())
 
     @property
     def pid(self) -> int:

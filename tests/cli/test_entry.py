@@ -42,7 +42,7 @@ def test_a_request_during_imports_ends_the_command_in_silence(
     tmp_path: Path, number: signal.Signals, imported: str
 ) -> None:
     write_log(tmp_path / "run.mcap", SHORT)  # its analysis takes long enough for a slow test
-    with command(tmp_path, "analyze", "run.mcap") as started:
+    with command(tmp_path, "analyze", "run.mcap", from_start=True) as started:
         wait_until(lambda: signal.SIGTERM in handled(started, "SigCgt"), "it has begun")
         wait_until(lambda: imported in maps(started), f"{imported} is imported")
         started.send(number)
@@ -52,7 +52,7 @@ def test_a_request_during_imports_ends_the_command_in_silence(
 def test_nohup_is_respected(tmp_path: Path) -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with command(tmp_path, "check", "quickstart") as started:
+        with command(tmp_path, "check", "quickstart", from_start=True) as started:
             wait_until(lambda: signal.SIGTERM in handled(started, "SigCgt"), "it has begun")
             started.send(signal.SIGHUP)
             assert started.wait() == Outcome(
@@ -60,7 +60,7 @@ def test_nohup_is_respected(tmp_path: Path) -> None:
             )
         (tmp_path / "s.yaml").write_text("{duration_s: 100000, fleet: {size: 3}}")
         options = ["--out", "o", "--bus", "in-process"]
-        with command(tmp_path, "run", "s.yaml", *options) as started:
+        with command(tmp_path, "run", "s.yaml", *options, from_start=True) as started:
             started.wait_for_cycles(tmp_path / "o" / "run.mcap")
             assert signal.SIGHUP in handled(started, "SigIgn")
     finally:

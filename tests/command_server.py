@@ -1,0 +1,117 @@
+"""A process that has imported Zenvoy, and forks a `zenvoy` command for each request.
+
+The fork gets a session, folder, environment and streams of its own, runs the entry point of
+`zenvoy`, and ends as an interpreter ends. It answers with its pid and a pidfd, and its parent, the
+server, later with its exit code.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import importlib
+import json
+import os
+import select
+import signal
+import socket
+import sys
+import tempfile
+from contextlib import suppress
+from types import ModuleType
+from typing import Any, Final
+
+from setproctitle import setproctitle
+
+LARGEST: Final = 1 << 20
+"""The largest request, bytes: arguments and environment."""
+_STREAMS_AND_ANSWERS: Final = 4
+"""A request brings three standard streams, and the socket for its answers."""
+_PR_SET_PDEATHSIG: Final = 1
+_IMPORTED: Final = ("zenvoy.cli.app", "zenvoy.cli.execute", "zenvoy.cli.analyze")
+
+
+def main(number: str) -> None:
+    """Serve the requests from a socket until the tests end; run the command in each fork."""
+    for name in _IMPORTED:
+        importlib.import_module(name)
+    setproctitle(
+        "command server"
+    )  # it finds the place of titles now, while the environment is there
+    gc.freeze()  # forks share what is imported, and a collection would copy it
+    entry = importlib.import_module("zenvoy.cli.entry")
+    if _serve(socket.socket(fileno=int(number))):
+        entry.main()
+
+
+def _serve(requests: socket.socket) -> bool:
+    """Return True in a fork, and False when the tests have ended."""
+    woken, wake = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+    signal.set_wakeup_fd(wake)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    running: dict[int, socket.socket] = {}
+    while True:
+        ready, _, _ = select.select([requests.fileno(), woken], [], [])
+        if woken in ready:
+            os.read(woken, 4096)
+            _report_ends(running)
+        if requests.fileno() not in ready:
+            continue
+        data, fds, _, _ = socket.recv_fds(requests, LARGEST, _STREAMS_AND_ANSWERS)
+        if not data:
+            return False
+        server = os.getpid()
+        pid = os.fork()
+        answers = socket.socket(fileno=fds.pop())
+        if pid == 0:
+            for others in running.values():
+                others.close()
+            requests.close()
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            os.close(woken)
+            os.close(wake)
+            _become(json.loads(data), fds, server)
+            _present(answers)
+            return True
+        running[pid] = answers
+        for fd in fds:
+            os.close(fd)
+
+
+def _report_ends(running: dict[int, socket.socket]) -> None:
+    for pid in list(running):
+        ended, status = os.waitpid(pid, os.WNOHANG)
+        if ended:
+            with running.pop(pid) as answers, suppress(BrokenPipeError):  # nobody waits for it
+                answers.send(str(os.waitstatus_to_exitcode(status)).encode())
+
+
+def _become(request: dict[str, Any], streams: list[int], server: int) -> None:
+    """Take over what belongs to a command: its session, folder, environment and streams."""
+    os.setsid()
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != server:  # it has ended before the call above
+        os.kill(os.getpid(), signal.SIGKILL)
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+        os.close(stream)
+    os.chdir(request["cwd"])
+    os.environ.clear()
+    os.environ.update(request["env"])
+    tempfile.tempdir = None
+    sys.argv = request["argv"]
+    sys.modules["__main__"] = ModuleType("__main__")  # where click looks up how it was called
+    setproctitle(" ".join(sys.argv))
+
+
+def _present(answers: socket.socket) -> None:
+    """Tell the test which process has become its command."""
+    pidfd = os.pidfd_open(os.getpid())
+    with answers:
+        socket.send_fds(answers, [str(os.getpid()).encode()], [pidfd])
+    os.close(pidfd)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
