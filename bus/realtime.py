@@ -224,7 +224,7 @@ class RealtimeBus(Connection):
         topic, key = sample.topic, str(sample.sample.key_expr)
         for vehicle, payload in self._admission.parcels(topic, key, sample.sample):
             try:
-                message = topic.decode(payload)
+                message = self._decoders.get(topic, topic.decode)(payload)
             except PayloadError:
                 self.refusals.add(MALFORMED, key)
                 continue
@@ -263,7 +263,9 @@ class RealtimeBus(Connection):
             self._refuse(reason, post)
 
     def _refuse(self, reason: str, post: Post) -> None:
-        self.refusals.add(reason, self._keys[post.topic, post.vehicle])
+        # A message for all vehicles of a process has number 0; their key is that of each.
+        vehicle = post.vehicle or next(iter(self._participant.vehicles), 0)
+        self.refusals.add(reason, self._keys[post.topic, vehicle])
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Return a callback that stores samples with their time of arrival.

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from zenvoy.bus.agent import Envelope
+from zenvoy.bus.agent import Envelope, decoders_of
+from zenvoy.bus.bundles import Parcel, pack, parcels_in
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.realtime import Post, RealtimeAgent
 from zenvoy.bus.topics import Topic
@@ -45,31 +46,51 @@ class VirtualBus:
                 continue
             assert acts is not None, "nobody has anything to do"
             now_ns, number = acts
-            for envelope in self._agents[number].act(now_ns):
-                self._send(envelope, now_ns)
+            self._send(self._agents[number].act(now_ns), now_ns)
 
     def _waiting(self) -> list[tuple[int, Any]]:
         return [
             (number, agent) for number, agent in enumerate(self._agents) if agent.due_ns is not None
         ]
 
-    def _send(self, envelope: Envelope, now_ns: int) -> None:
-        topic, vehicle, payload, time_ns, _ = envelope
-        if topic.logged_as is not None:
-            self.logged.append((topic.logged_as, time_ns, payload))
-        for agent in self._agents:
-            if agent.role == topic.reader and vehicle in (agent.vehicles or (vehicle,)):
-                delay_ns = self._delay(envelope, now_ns)
-                if delay_ns is not None:
-                    self._sent += 1
-                    self._on_the_way.append((now_ns + delay_ns, self._sent, agent, envelope))
+    def _send(self, envelopes: Sequence[Envelope], now_ns: int) -> None:
+        """Send messages; those for all vehicles of an agent that takes bundles go together."""
+        bundles: dict[tuple[Topic[Any], int], list[Parcel]] = {}
+        for envelope in envelopes:
+            topic, vehicle, payload, time_ns, bundled = envelope
+            if topic.logged_as is not None:
+                self.logged.append((topic.logged_as, time_ns, payload))
+            for number, agent in enumerate(self._agents):
+                if agent.role != topic.reader or vehicle not in (agent.vehicles or (vehicle,)):
+                    continue
+                if topic in decoders_of(agent) and not bundled:
+                    bundles.setdefault((topic, number), []).append((vehicle, payload))
+                else:
+                    self._put(envelope, agent, now_ns)
+        for (topic, number), parcels in bundles.items():
+            agent = self._agents[number]
+            whole = Envelope(topic, agent.vehicles[0], pack(parcels), bundled=True)
+            self._put(whole, agent, now_ns)
+
+    def _put(self, envelope: Envelope, agent: RealtimeAgent, now_ns: int) -> None:
+        delay_ns = self._delay(envelope, now_ns)
+        if delay_ns is not None:
+            self._sent += 1
+            self._on_the_way.append((now_ns + delay_ns, self._sent, agent, envelope))
 
     def _hand_over(self, which: tuple[int, int], now_ns: int) -> None:
         entry = next(entry for entry in self._on_the_way if entry[:2] == which)
         self._on_the_way.remove(entry)
-        *_, agent, (topic, vehicle, payload, *_) = entry
-        post = Post(topic, vehicle, topic.decode(payload), payload, now_ns)
-        self.refused += agent.take_in(post) is not None
+        *_, agent, (topic, vehicle, payload, _, bundled) = entry
+        decoder = decoders_of(agent).get(topic)
+        if decoder is not None:
+            posts = [Post(topic, 0, decoder(payload), payload, now_ns)]
+        else:
+            parcels = parcels_in(topic, payload) if bundled else [(vehicle, payload)]
+            posts = [Post(topic, one, topic.decode(each), each, now_ns) for one, each in parcels]
+        for post in posts:
+            fault = agent.fault_in(topic, post.vehicle, post.message)
+            self.refused += (fault or agent.take_in(post)) is not None
 
 
 def realtime_agents(scenario: Scenario) -> list[RealtimeAgent]:

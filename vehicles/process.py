@@ -15,6 +15,7 @@ from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.suited import suited
 from zenvoy.vehicles.lock_step import LockStepVehicle
 from zenvoy.vehicles.realtime import RealtimeVehicle
+from zenvoy.vehicles.realtime_arrays import RealtimeArrayVehicles
 from zenvoy.vehicles.shared_arrays import ArrayVehicles
 from zenvoy.vehicles.shared_process import LockStepVehicles, RealtimeVehicles
 
@@ -47,7 +48,7 @@ def run_vehicles(
 ) -> None:
     """Drive the vehicles of a process as `run_vehicle` drives one."""
     if scenario.clock == "realtime":
-        agents = RealtimeVehicles(scenario, process)
+        agents = _in_real_time(scenario, process, wiring)
         _drive(RealtimeBus(agents, wiring, scenario.speed), on_joined)
     else:
         _drive(ZenohBus(_in_lock_step(scenario, process, wiring), wiring), on_joined)
@@ -57,10 +58,23 @@ def _in_lock_step(
     scenario: Scenario, process: VehicleProcess, wiring: Wiring
 ) -> ArrayVehicles | LockStepVehicles:
     """Return the vehicles of a process, as arrays if these can run them."""
-    known = {vehicle for shared in wiring.shared_processes for vehicle in shared.vehicles}
-    if suited(scenario, process.vehicles, known):
+    if _suits_arrays(scenario, process, wiring):
         return ArrayVehicles(scenario, process)
     return LockStepVehicles(scenario, process)
+
+
+def _in_real_time(
+    scenario: Scenario, process: VehicleProcess, wiring: Wiring
+) -> RealtimeArrayVehicles | RealtimeVehicles:
+    """Return the vehicles of a process, as arrays if these can run them."""
+    if _suits_arrays(scenario, process, wiring):
+        return RealtimeArrayVehicles(scenario, process)
+    return RealtimeVehicles(scenario, process)
+
+
+def _suits_arrays(scenario: Scenario, process: VehicleProcess, wiring: Wiring) -> bool:
+    known = {vehicle for shared in wiring.shared_processes for vehicle in shared.vehicles}
+    return suited(scenario, process.vehicles, known)
 
 
 def _drive(

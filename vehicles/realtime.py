@@ -19,7 +19,7 @@ _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
 
 # A sense older than a cycle may be the first of many that arrive after a stop: wait for the others.
-_SETTLE_NS: Final = 5_000_000
+SETTLE_NS: Final = 5_000_000
 
 
 class RealtimeVehicle:
@@ -40,7 +40,7 @@ class RealtimeVehicle:
         self.name = self._core.name
         self.vehicle, self.vehicles = vehicle, (vehicle,)
         self._period_ns, self._wait_ns = scenario.period_ns, scenario.v2v_wait_ns
-        self._settle_ns = round(_SETTLE_NS * scenario.speed)
+        self._settle_ns = round(SETTLE_NS * scenario.speed)
         self._others = frozenset(range(1, scenario.fleet.size + 1)) - {vehicle}
         self._cycle = -1  # of the newest sense
         self._sense: Post | None = None  # the newest, until its beacon is sent

@@ -7,7 +7,7 @@ from typing import Final
 
 from zenvoy.bus import messages_pb2 as pb
 
-_REMEMBERED_NS: Final = 5_000_000_000  # a frame that is older than the newest by more is stale
+REMEMBERED_NS: Final = 5_000_000_000  # a frame that is older than the newest by more is stale
 
 
 class SeenFrames:
@@ -24,13 +24,13 @@ class SeenFrames:
     def are_new(self, receive: pb.Receive) -> bool:
         """Return whether a receive has frames that are all new; if so, remember them."""
         rows = set(zip(receive.source, receive.arrived_ns, strict=True))
-        oldest_ns = self._newest_ns - _REMEMBERED_NS
+        oldest_ns = self._newest_ns - REMEMBERED_NS
         if not rows or not rows.isdisjoint(self._known) or min(receive.arrived_ns) <= oldest_ns:
             return False
         self._known |= rows
         self._order += rows
         self._newest_ns = max(self._newest_ns, *receive.arrived_ns)
-        self._forget(self._newest_ns - _REMEMBERED_NS)
+        self._forget(self._newest_ns - REMEMBERED_NS)
         return True
 
     def _forget(self, until_ns: int) -> None:

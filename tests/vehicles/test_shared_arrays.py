@@ -134,7 +134,6 @@ SMALL: Final = "duration_s: 4\nfleet: {size: 4}\ncontrol: {model: PBCM}\n"
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("clock: realtime", "arrays wait for all vehicles of a process"),
         ("faults: [{type: transmitter-silent, vehicles: 2, at_s: 1}]", "a fault"),
         ("beacons: {rule: etsi-cam}", "another filter for each vehicle"),
         ("vehicle: {actuator_lag_s: 0.5}", "plans of another form"),

@@ -81,23 +81,26 @@ class Hearing:
         self._forms = {table_of(form).size: form for form in forms}
 
     def read(self, delivery: Delivery) -> Frames:
-        """Return the frames on the links; a fault says why they are all refused."""
+        """Return the frames on the links in lock-step; a fault says why they are all refused."""
         start_ns = delivery.cycle * self._timing.period_ns
-        fault = None
         if not np.array_equal(delivery.vehicle, self._vehicles):
-            fault = FOREIGN
-        elif (delivery.time_ns != start_ns + self._timing.wait_ns).any():
-            fault = MISTIMED
-        if fault is not None:
-            nothing = np.zeros(0, np.int64)
-            return Frames(delivery.cycle, nothing, nothing, nothing, None, fault)
+            return refused(delivery.cycle, FOREIGN)
+        if (delivery.time_ns != start_ns + self._timing.wait_ns).any():
+            return refused(delivery.cycle, MISTIMED)
         counts = np.diff(delivery.ends, prepend=0)
-        receiver = np.repeat(np.arange(len(counts)), counts)
+        return self.frames(delivery, np.repeat(np.arange(len(counts)), counts), start_ns)
+
+    def frames(self, delivery: Delivery, receiver: Ints, sent_by_ns: int) -> Frames:
+        """Return the frames on the links; a fault says why they are all refused.
+
+        receiver: the index of the receiver among these vehicles, by frame. sent_by_ns: the latest
+        time at which a beacon can have been sent.
+        """
         hits = delivery.source[delivery.beacon] == self._senders[:, receiver]
         link, row = np.nonzero(hits)
         used, beacon = np.unique(delivery.beacon[row], return_inverse=True)
         payloads = [delivery.beacons[one] for one in used.tolist()]
-        said = self._said(payloads, delivery.source[used], start_ns)
+        said = self._said(payloads, delivery.source[used], sent_by_ns)
         fault = ABSURD if said is None else None
         return Frames(delivery.cycle, receiver[row], link, beacon, said, fault)
 
@@ -174,6 +177,12 @@ class Hearing:
         read = position, speed, acceleration, gap, relative_speed
         plan = Plan(tuple(table[len(_READ) :]), bare)
         return Beacons(*read, plan, command if self._commands else None)
+
+
+def refused(cycle: int, fault: str) -> Frames:
+    """Return a delivery of which no frame is used."""
+    nothing = np.zeros(0, np.int64)
+    return Frames(cycle, nothing, nothing, nothing, None, fault)
 
 
 def _names(read: NDArray[Any]) -> tuple[str, ...]:

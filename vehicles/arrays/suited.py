@@ -17,7 +17,7 @@ def suited(scenario: Scenario, vehicles: Sequence[int], known: Collection[int]) 
     known: vehicles that are programs of ours. A guest may send a beacon with any plan, which
     arrays cannot hold.
     """
-    if scenario.clock == "realtime" or scenario.faults or scenario.beacons.rule not in RULES:
+    if scenario.faults or scenario.beacons.rule not in RULES:
         return False
     members = [roster(scenario)[one - 1] for one in vehicles]
     models = {model for one in roster(scenario) for model in one.models}

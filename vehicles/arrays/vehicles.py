@@ -165,6 +165,13 @@ class Vehicles:
             self.own.command(decisions.acceleration)
         return decisions
 
+    def pass_by(self) -> None:
+        """End the cycle without new commands, in real time: the newest ones stay in force."""
+        before = self.own.newest_command
+        self.decide(wants_all=True)  # the filters go on
+        if self.estimation is not None or self._wants_motion:
+            self.own.command(before)
+
     def _view(self, beacons: Beacons, wants_all: bool) -> View:
         links, cycle, behind = self.links, self.cycle, self.links.behind[0]
         radar = Relative(beacons.gap, beacons.relative_speed)
