@@ -70,18 +70,32 @@ def _missed(
     columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command], there: Sequence[int]
 ) -> NDArray[np.intp]:
     """Return the rows of frames that were delivered but that no receiver there reports."""
-    reported = {
-        (source, command.vehicle, arrived_ns)
-        for command in receivers
-        for source, arrived_ns in zip(
-            command.timing.source, command.timing.arrived_ns, strict=False
-        )
-    }
     delivered = columns["outcome"] == pb.OUTCOME_DELIVERED
     due = np.flatnonzero(delivered & np.isin(columns["destination"], there))
-    rows = (columns[name][due].tolist() for name in ("source", "destination", "arrived_ns"))
-    missed = [row not in reported for row in zip(*rows, strict=True)]
-    return due[np.array(missed, dtype=np.bool_)]
+    timings = [command.timing for command in receivers]
+    counts = np.array([len(timing.source) for timing in timings], dtype=np.int64)
+    reported = (
+        [source for timing in timings for source in timing.source],
+        np.repeat(np.array([one.vehicle for one in receivers], dtype=np.int64), counts),
+        [arrived_ns for timing in timings for arrived_ns in timing.arrived_ns],
+    )
+    names = ("source", "destination", "arrived_ns")
+    ids = _ids(
+        [
+            np.concatenate([columns[name][due].astype(np.int64), np.array(values, dtype=np.int64)])
+            for name, values in zip(names, reported, strict=True)
+        ]
+    )
+    return due[~np.isin(ids[: len(due)], ids[len(due) :])]
+
+
+def _ids(columns: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Return a number for each row, equal for equal rows only."""
+    found = np.zeros(len(columns[0]), dtype=np.int64)
+    for column in columns:
+        values, at = np.unique(column, return_inverse=True)
+        found = found * len(values) + at  # below the product of three counts, far from 2**63
+    return found
 
 
 def realtime_row(

@@ -1,0 +1,52 @@
+"""A frame is logged as late if no receiver reports it, whatever the order of the reports."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.frame_table import FRAME_COLUMNS, FRAMES_CODEC, frame_table
+from zenvoy.world.realtime_rows import frames_of
+
+SIZE = 4
+FRAME = st.tuples(
+    st.integers(1, SIZE),  # source
+    st.integers(1, SIZE),  # destination
+    st.integers(0, 3),  # arrival, ns
+    st.sampled_from([pb.OUTCOME_DELIVERED, pb.OUTCOME_LOST]),
+)
+REPORT = st.tuples(st.integers(1, SIZE), st.integers(1, SIZE), st.integers(0, 3))
+
+
+@given(
+    frames=st.lists(FRAME, max_size=12),
+    reports=st.lists(REPORT, max_size=12),
+    there=st.sets(st.integers(1, SIZE)),
+)
+def test_delivered_frames_without_a_report_are_late(
+    frames: list[tuple[int, int, int, int]],
+    reports: list[tuple[int, int, int]],
+    there: set[int],
+) -> None:
+    source, destination, arrived_ns, outcome = np.array(frames, dtype=np.int64).reshape(-1, 4).T
+    columns = dict.fromkeys(FRAME_COLUMNS, np.zeros(len(frames))) | {
+        "source": source,
+        "destination": destination,
+        "arrived_ns": arrived_ns,
+        "outcome": outcome,
+    }
+    payload = FRAMES_CODEC.encode(cycle=1, time_ns=0, **columns)
+    commands = [pb.Command(vehicle=vehicle) for vehicle in range(1, SIZE + 1)]
+    for sender, receiver, at_ns in reports:
+        commands[receiver - 1].timing.source.append(sender)
+        commands[receiver - 1].timing.arrived_ns.append(at_ns)
+    logged = pb.Frames.FromString(frames_of(1, 0, [frame_table(payload)], commands, sorted(there)))
+    expected = [
+        pb.OUTCOME_LATE
+        if kind == pb.OUTCOME_DELIVERED and to in there and (by, to, at_ns) not in set(reports)
+        else kind
+        for by, to, at_ns, kind in frames
+    ]
+    assert list(logged.outcome) == expected
