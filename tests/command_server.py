@@ -25,8 +25,9 @@ from setproctitle import setproctitle
 
 LARGEST: Final = 1 << 20
 """The largest request, bytes: arguments and environment."""
-_STREAMS_AND_ANSWERS: Final = 4
-"""A request brings three standard streams, and the socket for its answers."""
+_FDS: Final = 5
+"""A request brings three standard streams, a network namespace, and the socket for its answers."""
+_CLONE_NEWNET: Final = 0x4000_0000
 _PR_SET_PDEATHSIG: Final = 1
 _IMPORTED: Final = ("zenvoy.cli.app", "zenvoy.cli.execute", "zenvoy.cli.analyze")
 
@@ -57,7 +58,7 @@ def _serve(requests: socket.socket) -> bool:
             _report_ends(running)
         if requests.fileno() not in ready:
             continue
-        data, fds, _, _ = socket.recv_fds(requests, LARGEST, _STREAMS_AND_ANSWERS)
+        data, fds, _, _ = socket.recv_fds(requests, LARGEST, _FDS)
         if not data:
             return False
         server = os.getpid()
@@ -87,12 +88,18 @@ def _report_ends(running: dict[int, socket.socket]) -> None:
                 answers.send(str(os.waitstatus_to_exitcode(status)).encode())
 
 
-def _become(request: dict[str, Any], streams: list[int], server: int) -> None:
-    """Take over what belongs to a command: its session, folder, environment and streams."""
+def _become(request: dict[str, Any], fds: list[int], server: int) -> None:
+    """Take over what belongs to a command: its session, folder, environment, network, streams."""
+    *streams, network = fds
     os.setsid()
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    libc = ctypes.CDLL(None, use_errno=True)
+    libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != server:  # it has ended before the call above
         os.kill(os.getpid(), signal.SIGKILL)
+    here = os.stat("/proc/self/ns/net")
+    if not os.path.samestat(os.fstat(network), here) and libc.setns(network, _CLONE_NEWNET):
+        raise OSError(ctypes.get_errno(), "setns")
+    os.close(network)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)

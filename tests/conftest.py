@@ -23,7 +23,7 @@ import pytest
 from hypothesis import settings
 
 from tests.as_child import as_child
-from tests.preloaded import Forked, fork, plain_environment
+from tests.preloaded import Forked, fork, plain_environment, reads_the_same
 from tests.streamed_log import Log, read_log
 
 # Other programs may keep every core busy, so the time of an example has no meaning.
@@ -90,7 +90,8 @@ class Command:
         environment = {**plain_environment(), "TMPDIR": self.sockets.name, **(env or {})}
         self._process: subprocess.Popen[bytes] | Forked
         with self._out.open("wb") as out, self._err.open("wb") as err:
-            if from_start or env or stdout is not None or limit or inside:
+            has_settings = env or stdout is not None or limit or inside
+            if from_start or has_settings or not reads_the_same(environment):
                 self._process = subprocess.Popen(
                     as_child(*inside, *_zenvoy(), *arguments, limit=limit),
                     cwd=cwd,

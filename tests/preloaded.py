@@ -70,12 +70,28 @@ class Forked:
         return self._code
 
 
+def reads_the_same(env: Mapping[str, str]) -> bool:
+    """Return whether an interpreter that starts with `env` starts as that of the server did."""
+    return _read_at_start(env) == _READ_AT_START
+
+
+def _read_at_start(env: Mapping[str, str]) -> dict[str, str]:
+    prefixes = ("PYTHON", "LC_", "LANG", "LD_")
+    return {name: value for name, value in env.items() if name.startswith(prefixes)}
+
+
+_READ_AT_START: Final = _read_at_start(os.environ)
+
+
 def fork(argv: Sequence[str], cwd: Path, env: Mapping[str, str], out: int, err: int) -> Forked:
-    """Start a command with these arguments and streams, in a session of its own."""
+    """Start a command with these arguments and streams, in a session of its own.
+
+    It inherits the network namespace of this thread.
+    """
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     request = {"argv": argv, "cwd": str(cwd), "env": dict(env)}
-    with theirs, open(os.devnull, "rb") as nothing:
-        fds = [nothing.fileno(), out, err, theirs.fileno()]
+    with theirs, open(os.devnull, "rb") as nothing, open("/proc/thread-self/ns/net") as network:
+        fds = [nothing.fileno(), out, err, network.fileno(), theirs.fileno()]
         socket.send_fds(_server(), [json.dumps(request).encode()], fds)
     message, (pidfd,), _, _ = socket.recv_fds(ours, 64, 1)
     return Forked(int(message), pidfd, ours)

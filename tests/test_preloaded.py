@@ -43,3 +43,12 @@ def test_a_signal_ends_one_with_a_session_of_its_own_and_its_title(tmp_path: Pat
         assert process.parent() != psutil.Process()
         started.send_to_group(signal.SIGTERM)
         assert started.wait().code == 130
+
+
+def test_one_that_has_settings_of_its_own_interpreter_gets_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "sitecustomize.py").write_text("print('customized')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "site"))
+    assert zenvoy(tmp_path, "--version").out.splitlines()[0] == "customized"
