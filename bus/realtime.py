@@ -22,7 +22,7 @@ from zenvoy.bus.connection import Connection
 from zenvoy.bus.errors import PayloadError, StalledError
 from zenvoy.bus.far_clock import FarClock, measured
 from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW
-from zenvoy.bus.topics import COMMAND, Topic
+from zenvoy.bus.topics import COMMAND, TOPICS, Topic
 from zenvoy.bus.wiring import Wiring
 
 _FOR_EVER_S: Final = 1e9
@@ -32,6 +32,9 @@ _AT_ONCE_NS: Final = 10_000_000_000  # the greatest delay of a message that sets
 _ROUNDING_NS: Final = 1_000_000  # how far before its own time a message may arrive
 _MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport would do
 _MOST_EARLY: Final = 1_000
+_TELL_START: Final = frozenset(
+    topic for topic in TOPICS if "wall_start_ns" in topic.message.DESCRIPTOR.fields_by_name
+)
 
 
 class Post(NamedTuple):
@@ -221,19 +224,33 @@ class RealtimeBus(Connection):
         raise StalledError(f"nothing has come from the world for {limit_s:g} s", ("world",))
 
     def _hear(self, sample: _Sample) -> None:
+        """Hand the agent the messages in a sample, or keep them until the start is known."""
         topic, key = sample.topic, str(sample.sample.key_expr)
+        decode, agent = self._decoders.get(topic, topic.decode), self._agent
+        # What can tell the start is compared with the one that is known. Other messages are a
+        # thousand in a sample, so what they share is computed once.
+        wall = None if topic in _TELL_START else self._wall
+        came_ns = sample.came_ns if wall is None else wall.time_ns(sample.came_ns)
+        early_ns = self._most_early_ns
         for vehicle, payload in self._admission.parcels(topic, key, sample.sample):
             try:
-                message = self._decoders.get(topic, topic.decode)(payload)
+                message = decode(payload)
             except PayloadError:
                 self.refusals.add(MALFORMED, key)
                 continue
-            post = Post(topic, vehicle, message, payload, sample.came_ns)
-            fault = self._agent.fault_in(topic, vehicle, message)
-            if fault is not None:
-                self.refusals.add(fault, key)
-            else:
+            post = Post(topic, vehicle, message, payload, came_ns)
+            reason = agent.fault_in(topic, vehicle, message)
+            if reason is None and wall is None:
                 self._place(post)
+            elif reason is None:
+                reason = admit(agent, post, early_ns)
+            if reason is not None:
+                self.refusals.add(reason, key)
+
+    @property
+    def _most_early_ns(self) -> int:
+        """How far before its own time a message may arrive, ns of simulation time."""
+        return round(self._early_ns * max(1.0, self._speed))
 
     def _place(self, post: Post) -> None:
         """Hand a message to the agent, now or once the start is known."""
@@ -258,7 +275,7 @@ class RealtimeBus(Connection):
 
     def _tell(self, post: Post, wall: WallTime) -> None:
         there = post._replace(came_ns=wall.time_ns(post.came_ns))
-        reason = admit(self._agent, there, round(self._early_ns * max(1.0, self._speed)))
+        reason = admit(self._agent, there, self._most_early_ns)
         if reason is not None:
             self._refuse(reason, post)
 

@@ -16,7 +16,7 @@ from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.array_agent import VehicleArrays
-from zenvoy.vehicles.arrays.arrivals import Arrivals, Arriving, by_receiver
+from zenvoy.vehicles.arrays.arrivals import Arrivals, Arriving, columns_by_receiver
 from zenvoy.vehicles.arrays.senses import Sensed
 from zenvoy.vehicles.realtime import SETTLE_NS
 
@@ -91,22 +91,12 @@ class RealtimeArrayVehicles:
             return []
         received = self._take_out(deadline_ns)
         sent = self._core.decide()
-        each = by_receiver([(post.message, post.came_ns) for post in received], len(sent))
+        head = _TIMING.encode(sensed_ns=self._sensed_ns, decided_ns=now_ns)
+        columns = columns_by_receiver([(one.message, one.came_ns) for one in received], len(sent))
         return [
-            one._replace(payload=one.payload + self._timing(now_ns, *frames))
-            for one, frames in zip(sent, each, strict=True)
+            one._replace(payload=one.payload + encode_bytes(_TIMING_OF_COMMAND, head + frames))
+            for one, frames in zip(sent, columns, strict=True)
         ]
-
-    def _timing(self, now_ns: int, source: Any, arrived_ns: Any, came_ns: Any) -> bytes:
-        """Return the report on the timing of a cycle that a command ends with."""
-        timing = _TIMING.encode(
-            sensed_ns=self._sensed_ns,
-            decided_ns=now_ns,
-            source=source,
-            arrived_ns=arrived_ns,
-            came_ns=came_ns,
-        )
-        return encode_bytes(_TIMING_OF_COMMAND, timing)
 
     def _sense(self, post: Post) -> list[Envelope]:
         """Begin a cycle, and go through those before it that are left; return the beacons."""

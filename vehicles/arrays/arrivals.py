@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.checks import is_of
 from zenvoy.bus.deliveries import Delivery
+from zenvoy.bus.packed import tag, varint
 from zenvoy.bus.refusals import ABSURD, FOREIGN
 from zenvoy.vehicles.arrays.heard import Frames, Hearing, refused
 from zenvoy.vehicles.arrays.rows import Ints
@@ -44,8 +46,8 @@ class Arriving:
 
     def __init__(self, hearing: Hearing, vehicles: Sequence[int], size: int) -> None:
         self._hearing, self._vehicles, self._size = hearing, np.array(vehicles), size
-        self._known: set[tuple[int, int]] = set()
-        self._order: deque[tuple[int, list[tuple[int, int]]]] = deque()  # by time of delivery
+        self._known: set[int] = set()
+        self._order: deque[tuple[int, list[int]]] = deque()  # by time of delivery
         self._newest_ns = 0
 
     def read(self, delivery: Delivery) -> Arrivals:
@@ -79,8 +81,10 @@ class Arriving:
 
     def are_new(self, arrivals: Arrivals) -> bool:
         """Return whether a delivery has frames that are all new; if so, remember them."""
+        # One number per frame: sets of numbers take a third of the time of sets of pairs.
+        links = len(self._vehicles) * (self._size + 1)
         link = arrivals.receiver * (self._size + 1) + arrivals.source
-        rows = list(zip(link.tolist(), arrivals.arrived_ns.tolist(), strict=True))
+        rows = (arrivals.arrived_ns * links + link).tolist()
         oldest_ns = self._newest_ns - REMEMBERED_NS
         if not self._known.isdisjoint(rows) or int(arrivals.arrived_ns.min()) <= oldest_ns:
             return False
@@ -92,16 +96,13 @@ class Arriving:
         return True
 
 
-def by_receiver(
-    received: Sequence[tuple[Arrivals, int]], count: int
-) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """Yield sources, arrivals and real arrivals of the frames to each of `count` receivers.
+def columns_by_receiver(received: Sequence[tuple[Arrivals, int]], count: int) -> Iterator[bytes]:
+    """Yield the columns of a `pb.Timing` with the frames to each of `count` receivers.
 
     received: deliveries, in order, and when they came (ns of simulation time).
     """
     if not received:
-        nothing = np.zeros(0, dtype=np.int64)
-        yield from [(nothing, nothing, nothing)] * count
+        yield from [b""] * count
         return
     receiver, source, arrived_ns, came_ns = (
         np.concatenate(columns)
@@ -115,8 +116,18 @@ def by_receiver(
     )
     order = np.argsort(receiver, kind="stable")
     ends = np.searchsorted(receiver[order], np.arange(count), side="right").tolist()
+    columns = [
+        (tag(number, 2), 4 if dtype == "<u4" else 8, values[order].astype(dtype).tobytes())
+        for number, dtype, values in (
+            (pb.Timing.SOURCE_FIELD_NUMBER, "<u4", source),
+            (pb.Timing.ARRIVED_NS_FIELD_NUMBER, "<i8", arrived_ns),
+            (pb.Timing.CAME_NS_FIELD_NUMBER, "<i8", came_ns),
+        )
+    ]
     start = 0
     for end in ends:
-        rows = order[start:end]
-        yield source[rows], arrived_ns[rows], came_ns[rows]
+        pieces: list[bytes] = []
+        for head, width, data in columns if end > start else ():
+            pieces += (head, varint(width * (end - start)), data[width * start : width * end])
+        yield b"".join(pieces)
         start = end
