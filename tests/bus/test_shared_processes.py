@@ -221,8 +221,17 @@ def test_a_process_of_several_that_dies_is_lost_and_the_run_goes_on(tmp_path: Pa
         assert started.left() == []
     assert outcome.code == 130
     assert outcome.err.startswith("vehicles-01-02 died: killed by SIGKILL; the run goes on\n")
-    silent = {vehicle for kind, vehicle, _ in events(tmp_path) if kind == pb.EVENT_SILENT}
-    assert silent == {1, 2, 5}  # 5 was not there at first
+    found = events(tmp_path)
+    assert {text for kind, _, text in found if kind == pb.EVENT_PROCESS_LOST} == {"vehicles-01-02"}
+    # 5 was not there at first. A busy machine may hold up 3 and 4, too, but they go on.
+    silent = {vehicle for kind, vehicle, _ in found if kind == pb.EVENT_SILENT}
+    assert {1, 2, 5} <= silent
+    rows = read_log(tmp_path / "out" / "run.mcap").of("/realtime")
+    commanded_ns = [pb.RealTime.FromString(row.data).commanded_ns for row in rows]
+    drives = [{number for number, ns in enumerate(row, 1) if ns >= 0} for row in commanded_ns]
+    last = max(cycle for cycle, vehicles in enumerate(drives) if 1 in vehicles)
+    assert set().union(*drives[last + 1 :]) >= {3, 4}
+    assert not set().union(*drives[last + 1 :]) & {1, 2}
 
 
 def test_in_lock_step_a_process_of_several_that_dies_ends_the_run(tmp_path: Path) -> None:

@@ -126,7 +126,7 @@ def test_a_stopped_vehicle_does_not_end_the_run_and_comes_back(tmp_path: Path) -
     assert reported["real_time"]["commands_missing"] >= 4  # 0.5 s without any
     assert reported["end"] == "stopped"
     silent = [vehicle for kind, vehicle, _ in events(tmp_path) if kind == pb.EVENT_SILENT]
-    assert silent.count(2) == 1
+    assert silent.count(2) >= 1  # a busy machine may hold it up once more
 
 
 def test_a_killed_vehicle_does_not_end_the_run(tmp_path: Path) -> None:
