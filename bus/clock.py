@@ -20,7 +20,7 @@ def pause(for_s: float = 0.0002) -> None:
 
     Zenoh can block on one queue only; a caller that watches several polls them with this between.
     """
-    time.sleep(for_s)  # waits for no fact: what a cycle computes depends on messages, not on looks
+    time.sleep(for_s)  # between two polls; what a caller does depends on messages, not on time
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,8 +53,7 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        # The fact decides, not the pause: it only leaves the processor to those who bring the fact.
-        time.sleep(0.01)
+        time.sleep(0.01)  # between two looks at the fact, which alone decides
 
 
 @dataclass(frozen=True, slots=True)

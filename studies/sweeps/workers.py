@@ -77,7 +77,7 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
     be_worker(parent)
     try:
         do(task)
-    except Exception as error:  # noqa: BLE001  # told as this task's failure; a law may raise any
+    except Exception as error:  # noqa: BLE001  # a law may raise anything; the task fails
         writer.send(in_one_line(error))
 
 

@@ -61,7 +61,7 @@ def strike(started: Command, case: Case, out: Path) -> pb.Clock:
         first = "world" if case.victim == "command" else case.process
         if not started.has_children({first}):
             raise TooLateError
-        time.sleep(0.3 * case.at)  # the case's random moment in a start; nothing is awaited
+        time.sleep(0.3 * case.at)  # a random moment of the start, which no message marks
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
         _hit(started, case)
@@ -93,10 +93,10 @@ def go_on_later(started: Command, case: Case) -> None:
     """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
         standstill_s = PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0
-        time.sleep(standstill_s)  # the standstill of the victim is the fault that the case injects
+        time.sleep(standstill_s)  # the victim stands still for this long: that is the fault
         started.send(signal.SIGCONT)
     elif case.blow == "STOP 3 s":
-        time.sleep(PAUSE_S)  # the standstill is the fault, as above
+        time.sleep(PAUSE_S)  # the victim stands still for this long: that is the fault
         try:
             started.send_to_child(case.process, signal.SIGCONT)
         except ProcessLookupError:

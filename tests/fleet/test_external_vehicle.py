@@ -80,8 +80,8 @@ def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Pa
 
 @pytest.mark.skipif(
     IN_CPP is None,
-    reason="needs g++ and the library of zenoh-c; `make external-cpp` fetches and builds what "
-    "ZENVOY_VEHICLE_CPP names",
+    reason="needs the C++ example built against zenoh-c, which pip cannot install: "
+    "`make external-cpp` builds it, and ZENVOY_VEHICLE_CPP names the program",
 )
 def test_a_vehicle_in_another_language_drives_in_a_fleet(tmp_path: Path, messages: Path) -> None:
     assert IN_CPP is not None

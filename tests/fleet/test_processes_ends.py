@@ -209,9 +209,7 @@ def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
     with running(tmp_path, "--set", "stall_limit_s=1") as started:
         log = tmp_path / "out" / "run.mcap"
         started.send_to_group(signal.SIGSTOP)
-        # The standstill is the fault under test, and longer than the stall limit. Nothing can be
-        # awaited instead: every process that could bring a fact is stopped.
-        time.sleep(2.5)
+        time.sleep(2.5)  # past the stall limit; all processes that could bring a fact are stopped
         size = log.stat().st_size
         started.send_to_group(signal.SIGCONT)
         wait_until(lambda: log.stat().st_size > 2 * size, "the run goes on")

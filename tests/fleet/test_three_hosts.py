@@ -81,7 +81,7 @@ def test_three_hosts_write_the_log_of_one_though_a_link_is_cut(
         with joined(tmp_path, c, "5-8") as late:
             served.wait_for_cycles(tmp_path / "out" / "run.mcap")
             c.cut()
-            time.sleep(_CUT_S)  # the length of the cut is what is tested
+            time.sleep(_CUT_S)  # the link is cut for this long: that is the fault
             assert "written to" not in served.out  # the run has not ended before the cut
             c.heal()
             outcome = served.wait()
@@ -124,7 +124,7 @@ def test_a_slow_host_is_named_as_the_one_that_holds_up_the_steps(
     ):
         served.wait_for_cycles(tmp_path / "out" / "run.mcap")
         slow.send_to_group(signal.SIGSTOP)
-        time.sleep(_SLOW_S)  # how long the host stands still is what is tested
+        time.sleep(_SLOW_S)  # the host stands still for this long: that is the fault
         slow.send_to_group(signal.SIGCONT)
         outcome = served.wait()
     assert (outcome.code, outcome.err) == (0, "")
