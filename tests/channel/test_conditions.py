@@ -3,57 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from tests.channel.ring_of_thirty import (
+    DESTINATION,
+    DISTANCE,
+    POSITION,
+    S_NS,
+    SOURCE,
+    scenario,
+    within,
+)
 from tests.refused import refused
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.mailbox import Mailbox
 from zenvoy.bus.packed import PackedCodec
-from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.conditions import Conditions, Impairments
-from zenvoy.channel.in_order import InOrder
-from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.links.sent_frames import Scene, SentFrames
 from zenvoy.scenarios import (
     Channel,
-    Control,
-    Fleet,
     GilbertElliott,
     Latency,
     Loss,
     Rule,
-    Scenario,
     technologies,
 )
 
-Ints = NDArray[np.int64]
-
-SIZE: Final = 30
-S_NS: Final = 1_000_000_000
 MS_NS: Final = 1_000_000
-GAP_M: Final = 20.0
-POSITION: Final = np.arange(SIZE - 1, -1, -1.0) * GAP_M  # on a ring of 600 m, vehicle 1 ahead
-SOURCE, DESTINATION = (
-    index[~np.eye(SIZE, dtype=bool)] for index in np.indices((SIZE, SIZE), dtype=np.int64)
-)
-AROUND: Final = np.mod(POSITION[SOURCE] - POSITION[DESTINATION], 600.0)
-DISTANCE: Final = np.minimum(AROUND, 600.0 - AROUND)
 FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
-
-
-def scenario(channel: Channel, cycles: int = 40) -> Scenario:
-    return Scenario(
-        duration_s=cycles * 0.1,
-        fleet=Fleet(size=SIZE, gap_m=GAP_M),
-        control=Control(v2v_wait_ms=20.0),
-        channel=channel,
-    )
 
 
 def frames(sequence: int) -> SentFrames:
@@ -67,11 +46,6 @@ def ways(channel: Channel, count: int = 60) -> Impairments:
         conditions.of(frames(n), Scene(n, n * S_NS // 10, POSITION, 600.0)) for n in range(count)
     ]
     return Impairments(*map(np.array, zip(*found, strict=True)))
-
-
-def within(share: float, p: float, n: int) -> bool:
-    """Return whether a share of n lies in the 99 % interval about p."""
-    return bool(abs(share - p) <= 2.58 * np.sqrt(p * (1.0 - p) / n))
 
 
 def test_loss_by_distance_is_linear_between_its_points() -> None:
@@ -150,109 +124,6 @@ def test_a_rule_does_not_change_the_draws_of_other_links() -> None:
 
 
 # Through the channel's agent: the frames that it reports, and those that vehicles hear.
-
-
-class Ran(NamedTuple):
-    """Reported frames by receiver, their arrivals (ns) and outcomes, and how often each arrives."""
-
-    reported: SentFrames
-    arrived_ns: Ints
-    outcome: Ints
-    heard: dict[tuple[int, int, int], int]
-
-
-def run(channel: Channel, cycles: int = 40) -> Ran:
-    settings = scenario(channel, cycles)
-    agent, mailbox = LockStepChannel(settings), Mailbox()
-    columns: list[dict[str, Ints]] = []
-    heard: dict[tuple[int, int, int], int] = {}
-    for cycle in range(cycles):
-        for vehicle in range(1, SIZE + 1):
-            beacon = pb.Beacon(cycle=cycle, time_ns=cycle * S_NS // 10, vehicle=vehicle)
-            beacon.sequence = cycle
-            mailbox.put(BEACON, vehicle, beacon.SerializeToString())
-        positions = pb.Positions(cycle=cycle, time_ns=cycle * S_NS // 10, position=POSITION)
-        mailbox.put(POSITIONS, 0, positions.SerializeToString())
-        barrier = agent.barrier
-        assert barrier is not None
-        for envelope in agent.step(barrier.now_ns, mailbox.take(barrier)):
-            if envelope.topic is LINKS:
-                columns.append(FRAMES.decode(LINKS.decode(envelope.payload).frames))
-            elif envelope.topic is RECEIVE:
-                receive = RECEIVE.decode(envelope.payload)
-                assert list(receive.arrived_ns) == sorted(receive.arrived_ns)
-                for source, payload in zip(receive.source, receive.beacon, strict=True):
-                    frame = (source, receive.vehicle, pb.Beacon.FromString(payload).sequence)
-                    heard[frame] = heard.get(frame, 0) + 1
-    names = ("source", "destination", "distance", "sequence", "arrived_ns", "outcome")
-    table = {name: np.concatenate([column[name] for column in columns]) for name in names}
-    reported = SentFrames(
-        table["source"].astype(np.int64) - 1,
-        table["destination"].astype(np.int64) - 1,
-        table["distance"].astype(np.float64),
-        table["sequence"].astype(np.int64),
-    )
-    return Ran(reported, table["arrived_ns"], table["outcome"], heard)
-
-
-def test_damaged_frames_are_reported_and_not_heard() -> None:
-    reported, arrived_ns, outcome, heard = run(Channel(loss=Loss(corrupt=0.2)))
-    damaged = outcome == pb.OUTCOME_CORRUPTED
-    assert within(damaged.mean(), 0.2, len(damaged))
-    assert (arrived_ns[damaged] == -1).all()
-    assert len(heard) == (~damaged).sum()
-    assert reported.source.size == SIZE * (SIZE - 1) * 40
-
-
-def test_second_copies_are_reported_and_heard() -> None:
-    channel = Channel(
-        duplicate=0.25,
-        loss=Loss(p=0.1),
-        latency=Latency(distribution="uniform", min_ms=1.0, max_ms=15.0),
-    )
-    reported, arrived_ns, outcome, heard = run(channel)
-    second = outcome == pb.OUTCOME_DUPLICATE
-    first = outcome == pb.OUTCOME_DELIVERED
-    assert within(second.sum() / first.sum(), 0.25, int(first.sum()))
-    assert (arrived_ns[second] > 0).all()
-    assert sum(heard.values()) == first.sum() + second.sum()
-    assert set(heard.values()) == {1, 2}
-    at = {
-        (*frame, copy): ns
-        for *frame, copy, ns in zip(
-            reported.source.tolist(), reported.destination.tolist(), reported.sequence.tolist(),
-            second.tolist(), arrived_ns.tolist(), strict=True,
-        )
-    }  # fmt: skip
-    gaps = [at[*frame, False] - ns for *frame, copy, ns in
-            ((*key, value) for key, value in at.items()) if copy]  # fmt: skip
-    assert min(gaps) < 0 < max(gaps)  # either may come first
-
-
-@pytest.mark.parametrize("reorder", [True, False])
-def test_frames_overtake_only_if_reordering_is_on(reorder: bool) -> None:
-    latency = Latency(distribution="uniform", min_ms=10.0, max_ms=350.0, reorder=reorder)
-    reported, arrived_ns, _, _ = run(Channel(latency=latency))
-    link = reported.source * SIZE + reported.destination
-    order = np.lexsort((reported.sequence, link))
-    same = np.diff(link[order]) == 0
-    gaps = np.diff(arrived_ns[order])[same]
-    assert (gaps < 0).any() == reorder
-
-
-@given(st.lists(st.tuples(st.integers(0, 3), st.integers(-1, 50), st.booleans()), max_size=30))
-def test_only_ordered_frames_are_held(arrivals: list[tuple[int, int, bool]]) -> None:
-    held_back = InOrder(4)
-    newest: dict[int, int] = {}
-    for source, arrival, ordered in arrivals:
-        (held,) = held_back.held(
-            np.array([source]), np.array([0]), np.array([arrival]), np.array([ordered])
-        ).tolist()
-        if arrival < 0 or not ordered:
-            assert held == arrival
-        else:
-            assert held == max(arrival, newest.get(source, 0))
-        newest[source] = max(newest.get(source, 0), held)
 
 
 @pytest.mark.parametrize(
