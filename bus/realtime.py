@@ -9,19 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from queue import Empty
-from typing import Any, Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple
 
 import zenoh
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope, Log, Participant
+from zenvoy.bus.agent import Envelope, Log
 from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.clock_bounds import Offset
 from zenvoy.bus.connection import Connection
 from zenvoy.bus.errors import PayloadError, StalledError
 from zenvoy.bus.far_clock import FarClock, measured
-from zenvoy.bus.refusals import EARLY, MALFORMED, MISTIMED, OVERFLOW
+from zenvoy.bus.realtime_agent import ROUNDING_NS, Post, RealtimeAgent, admit
+from zenvoy.bus.refusals import MALFORMED, MISTIMED, OVERFLOW
 from zenvoy.bus.topics import COMMAND, TOPICS, Topic
 from zenvoy.bus.wiring import Wiring
 
@@ -29,57 +30,11 @@ _FOR_EVER_S: Final = 1e9
 _WAIT_S: Final = 0.5
 _LEAD_NS: Final = 100_000_000  # from setting the start to the first cycle
 _AT_ONCE_NS: Final = 10_000_000_000  # the greatest delay of a message that sets time 0
-_ROUNDING_NS: Final = 1_000_000  # how far before its own time a message may arrive
 _MOST_QUEUED: Final = 10_000  # messages; more are dropped, as the transport would do
 _MOST_EARLY: Final = 1_000
 _TELL_START: Final = frozenset(
     topic for topic in TOPICS if "wall_start_ns" in topic.message.DESCRIPTOR.fields_by_name
 )
-
-
-class Post(NamedTuple):
-    """A message, and when it arrived (ns of simulation time)."""
-
-    topic: Topic[Any]
-    vehicle: int
-    message: Any
-    payload: bytes
-    came_ns: int
-
-
-class RealtimeAgent(Participant, Protocol):
-    """A participant in real time. All times that it gets are simulation time, ns."""
-
-    may_wait: frozenset[Topic[Any]]
-    """Streams whose messages may wait until it acts; one alone does not wake the process."""
-
-    sends_together: bool
-    """Whether the results of several acts due at the same time are sent together."""
-
-    @property
-    def due_ns(self) -> int | None:
-        """When it acts next (at once if that has passed); None: after the next message."""
-
-    @property
-    def done(self) -> bool:
-        """Whether it has finished this run."""
-
-    def take_in(self, post: Post) -> str | None:
-        """Keep a message, or return the reason why it is refused, such as that it is stale."""
-
-    def act(self, now_ns: int) -> list[Envelope]:
-        """Do what is due, and return what it sends, in order."""
-
-
-def admit(agent: RealtimeAgent, post: Post, early_ns: int = _ROUNDING_NS) -> str | None:
-    """Hand an agent a message that has passed the checks; return the reason if it is refused.
-
-    A message with a time in the future is refused: after it, the agent would treat all earlier ones
-    as stale. `early_ns` is how far before its own time a message may arrive.
-    """
-    if post.message.time_ns > post.came_ns + early_ns:
-        return EARLY
-    return agent.take_in(post)
 
 
 class _Sample(NamedTuple):
@@ -102,14 +57,16 @@ class RealtimeBus(Connection):
         self._agent = agent
         self._speed = speed
         # A message may seem to arrive early by the errors of clocks.
-        self._early_ns = _ROUNDING_NS + wiring.clock_error_ns
+        self._early_ns = ROUNDING_NS + wiring.clock_error_ns
+        self._most_early_ns = round(self._early_ns * max(1.0, speed))  # of simulation time
         self._start_ns: int | None = None  # time 0 on the world's clock
         self._far: FarClock | None = None
         self._offset = Offset(0, 0)  # of the world's clock
         self._wall: WallTime | None = None
         self._came = Arrivals[_Sample]()
         self._next: _Sample | None = None
-        self._early: list[Post] = []  # messages before the start was known, with wall times
+        # Messages before the start was known, with wall times, and their keys.
+        self._early: list[tuple[Post, str]] = []
 
     def start(self) -> int:
         """Set time 0 to shortly after now, and return it in ns of wall time.
@@ -227,45 +184,37 @@ class RealtimeBus(Connection):
         """Hand the agent the messages in a sample, or keep them until the start is known."""
         topic, key = sample.topic, str(sample.sample.key_expr)
         decode, agent = self._decoders.get(topic, topic.decode), self._agent
-        # What can tell the start is compared with the one that is known. Other messages are a
+        # What may tell the start is compared with the one that is known. Other messages are a
         # thousand in a sample, so what they share is computed once.
         wall = None if topic in _TELL_START else self._wall
         came_ns = sample.came_ns if wall is None else wall.time_ns(sample.came_ns)
-        early_ns = self._most_early_ns
+        hand_over = self._place if wall is None else self._tell
         for vehicle, payload in self._admission.parcels(topic, key, sample.sample):
             try:
                 message = decode(payload)
             except PayloadError:
                 self.refusals.add(MALFORMED, key)
                 continue
-            post = Post(topic, vehicle, message, payload, came_ns)
-            reason = agent.fault_in(topic, vehicle, message)
-            if reason is None and wall is None:
-                self._place(post)
-            elif reason is None:
-                reason = admit(agent, post, early_ns)
-            if reason is not None:
-                self.refusals.add(reason, key)
+            fault = agent.fault_in(topic, vehicle, message)
+            if fault is not None:
+                self.refusals.add(fault, key)
+                continue
+            hand_over(Post(topic, vehicle, message, payload, came_ns), key)
 
-    @property
-    def _most_early_ns(self) -> int:
-        """How far before its own time a message may arrive, ns of simulation time."""
-        return round(self._early_ns * max(1.0, self._speed))
-
-    def _place(self, post: Post) -> None:
-        """Hand a message to the agent, now or once the start is known."""
+    def _place(self, post: Post, key: str) -> None:
+        """Hand a message with its wall time to the agent, now or once the start is known."""
         start_ns = getattr(post.message, "wall_start_ns", 0)
         if self._wall is None and start_ns and self._may_start(post, start_ns):
             wall, early = self._set_start(start_ns), self._early.copy()
             self._early.clear()
-            for one in early:
-                self._tell(one, wall)
+            for one, its_key in early:
+                self._tell(_there(one, wall), its_key)
         if self._wall is None and not start_ns and len(self._early) < _MOST_EARLY:
-            self._early.append(post)
+            self._early.append((post, key))
         elif self._wall is None or start_ns not in {0, self._start_ns}:
-            self._refuse(MISTIMED, post)
+            self.refusals.add(MISTIMED, key)
         else:
-            self._tell(post, self._wall)
+            self._tell(_there(post, self._wall), key)
 
     def _may_start(self, post: Post, start_ns: int) -> bool:
         """Return whether a message that sets time 0 arrived at about its own time."""
@@ -273,16 +222,11 @@ class RealtimeBus(Connection):
         sent_ns = start_here.wall_ns(post.message.time_ns)
         return sent_ns - self._early_ns <= post.came_ns < sent_ns + _AT_ONCE_NS
 
-    def _tell(self, post: Post, wall: WallTime) -> None:
-        there = post._replace(came_ns=wall.time_ns(post.came_ns))
-        reason = admit(self._agent, there, self._most_early_ns)
+    def _tell(self, post: Post, key: str) -> None:
+        """Hand a message with its simulation time to the agent."""
+        reason = admit(self._agent, post, self._most_early_ns)
         if reason is not None:
-            self._refuse(reason, post)
-
-    def _refuse(self, reason: str, post: Post) -> None:
-        # A message for all vehicles of a process has number 0; their key is that of each.
-        vehicle = post.vehicle or next(iter(self._participant.vehicles), 0)
-        self.refusals.add(reason, self._keys[post.topic, vehicle])
+            self.refusals.add(reason, key)
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Return a callback that stores samples with their time of arrival.
@@ -299,3 +243,8 @@ class RealtimeBus(Connection):
                 self.refusals.add(OVERFLOW, topic.name)
 
         return zenoh.handlers.Callback(store, indirect=False)
+
+
+def _there(post: Post, wall: WallTime) -> Post:
+    """Return a message with its time of arrival as simulation time."""
+    return post._replace(came_ns=wall.time_ns(post.came_ns))

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import STALE
 from zenvoy.bus.topics import POSITIONS, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess

@@ -8,7 +8,7 @@ from typing import Any
 from zenvoy.bus.agent import Envelope, decoders_of
 from zenvoy.bus.bundles import Parcel, pack, parcels_in
 from zenvoy.bus.in_process import InProcessBus
-from zenvoy.bus.realtime import Post, RealtimeAgent
+from zenvoy.bus.realtime_agent import Post, RealtimeAgent
 from zenvoy.bus.topics import Topic
 from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.fleet.agents import agents_of

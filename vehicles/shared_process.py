@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Envelope, Inbox
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.topics import RECEIVE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.scenarios import Scenario, attendance

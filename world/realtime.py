@@ -11,7 +11,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import fault_in_timing
 from zenvoy.bus.frame_table import FrameTable
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import FOREIGN, STALE, UNCLOCKED, RefusedError
 from zenvoy.bus.topics import EVENTS, LINKS, Topic
 from zenvoy.scenarios import Scenario, attendance

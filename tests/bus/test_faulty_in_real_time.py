@@ -18,7 +18,7 @@ from tests.fleet_of_three import (
     scenario_of,
 )
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.topics import COMMAND, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.vehicles.realtime import RealtimeVehicle

@@ -21,7 +21,7 @@ from tests.virtual_time import VirtualBus, in_lock_step, realtime_agents
 from zenvoy.bus.agent import Agent, Envelope
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.mailbox import Mailbox
-from zenvoy.bus.realtime import Post, admit
+from zenvoy.bus.realtime_agent import Post, admit
 from zenvoy.bus.topics import Topic
 from zenvoy.fleet.agents import agents_of
 from zenvoy.scenarios import Scenario

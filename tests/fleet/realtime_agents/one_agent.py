@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from zenvoy.bus.realtime import Post, RealtimeAgent
+from zenvoy.bus.realtime_agent import Post, RealtimeAgent
 from zenvoy.bus.topics import Topic
 
 

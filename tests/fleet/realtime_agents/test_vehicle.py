@@ -8,7 +8,7 @@ from tests.fleet.realtime_agents.one_agent import due, post
 from tests.fleet.realtime_agents.runs import MS, QUIET, scenario
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.topics import BEACON, RECEIVE, SENSE
 from zenvoy.vehicles.realtime import RealtimeVehicle
 
