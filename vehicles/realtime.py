@@ -8,7 +8,7 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.checks import is_of
 from zenvoy.bus.packed import PackedCodec, encode_bytes
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import ABSURD, STALE
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.scenarios import Scenario, attendance
@@ -95,7 +95,9 @@ class RealtimeVehicle:
         if post.topic is RECEIVE:
             if not self._takes_in(post.message.time_ns):
                 return None  # it is lost, and nobody is to blame
-            is_new = self._seen.are_new(post.message)
+            arrived_ns = post.message.arrived_ns[:]
+            frames = list(zip(post.message.source, arrived_ns, strict=True))
+            is_new = self._seen.are_new(frames, arrived_ns)
             if is_new:
                 self._received.append(post)
             return None if is_new else STALE

@@ -10,15 +10,16 @@ from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Decoder, Envelope
 from zenvoy.bus.bundles import unpack
 from zenvoy.bus.packed import PackedCodec, encode_bytes
-from zenvoy.bus.realtime import Post
+from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import STALE
 from zenvoy.bus.topics import RECEIVE, SENSE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.array_agent import VehicleArrays
-from zenvoy.vehicles.arrays.arrivals import Arrivals, Arriving, columns_by_receiver
+from zenvoy.vehicles.arrays.arrivals import Arrivals, Arriving, by_receiver
 from zenvoy.vehicles.arrays.senses import Sensed
 from zenvoy.vehicles.realtime import SETTLE_NS
+from zenvoy.vehicles.seen_frames import SeenFrames
 
 _TIMING: Final = PackedCodec(pb.Timing.DESCRIPTOR)
 _TIMING_OF_COMMAND: Final = pb.Command.TIMING_FIELD_NUMBER
@@ -49,6 +50,7 @@ class RealtimeArrayVehicles:
         self._sensed_ns = 0
         self._decides_ns: int | None = None  # deadline of the decision that is due
         self._received: list[Post] = []  # since the last decision
+        self._seen = SeenFrames()
 
     @property
     def due_ns(self) -> int | None:
@@ -66,7 +68,8 @@ class RealtimeArrayVehicles:
     def take_in(self, post: Post) -> str | None:
         """Keep senses, and keep each frame once; return why a message is refused."""
         if post.topic is RECEIVE:
-            if not self._arriving.are_new(post.message):
+            arrivals: Arrivals = post.message
+            if not self._seen.are_new(arrivals.identity.tolist(), arrivals.arrived_ns.tolist()):
                 return STALE
             self._received.append(post)
             return None
@@ -92,10 +95,11 @@ class RealtimeArrayVehicles:
         received = self._take_out(deadline_ns)
         sent = self._core.decide()
         head = _TIMING.encode(sensed_ns=self._sensed_ns, decided_ns=now_ns)
-        columns = columns_by_receiver([(one.message, one.came_ns) for one in received], len(sent))
+        ends, columns = by_receiver([(one.message, one.came_ns) for one in received], len(sent))
+        each = _TIMING.encode_each(ends, **columns)
         return [
             one._replace(payload=one.payload + encode_bytes(_TIMING_OF_COMMAND, head + frames))
-            for one, frames in zip(sent, columns, strict=True)
+            for one, frames in zip(sent, each, strict=True)
         ]
 
     def _sense(self, post: Post) -> list[Envelope]:

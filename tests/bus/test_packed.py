@@ -51,6 +51,18 @@ def assert_same(values: Any, expected: Any) -> None:
     np.testing.assert_array_equal(np.asarray(values), np.asarray(expected))
 
 
+@given(st.lists(st.lists(st.tuples(u32, i64), max_size=4), max_size=5))
+def test_columns_of_several_messages_are_those_of_each(parts: list[list[tuple[int, int]]]) -> None:
+    rows = np.array([row for part in parts for row in part], dtype=np.int64).reshape(-1, 2)
+    ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
+    found = FRAMES.encode_each(ends, source=rows[:, 0], arrived_ns=rows[:, 1])
+    alone = [
+        FRAMES.encode(source=[one for one, _ in part], arrived_ns=[ns for _, ns in part])
+        for part in parts
+    ]
+    assert list(found) == alone
+
+
 @settings(deadline=None)
 @given(frames())
 def test_protobuf_reads_what_the_codec_encodes(values: dict[str, Any]) -> None:
