@@ -46,35 +46,16 @@ def run_vehicles(
     wiring: Wiring,
     on_joined: Callable[[zenoh.Session], None] = lambda _: None,
 ) -> None:
-    """Drive the vehicles of a process as `run_vehicle` drives one."""
-    if scenario.clock == "realtime":
-        agents = _in_real_time(scenario, process, wiring)
-        _drive(RealtimeBus(agents, wiring, scenario.speed), on_joined)
-    else:
-        _drive(ZenohBus(_in_lock_step(scenario, process, wiring), wiring), on_joined)
-
-
-def _in_lock_step(
-    scenario: Scenario, process: VehicleProcess, wiring: Wiring
-) -> ArrayVehicles | LockStepVehicles:
-    """Return the vehicles of a process, as arrays if these can run them."""
-    if _suits_arrays(scenario, process, wiring):
-        return ArrayVehicles(scenario, process)
-    return LockStepVehicles(scenario, process)
-
-
-def _in_real_time(
-    scenario: Scenario, process: VehicleProcess, wiring: Wiring
-) -> RealtimeArrayVehicles | RealtimeVehicles:
-    """Return the vehicles of a process, as arrays if these can run them."""
-    if _suits_arrays(scenario, process, wiring):
-        return RealtimeArrayVehicles(scenario, process)
-    return RealtimeVehicles(scenario, process)
-
-
-def _suits_arrays(scenario: Scenario, process: VehicleProcess, wiring: Wiring) -> bool:
+    """Drive the vehicles of a process as `run_vehicle` drives one, as arrays if these can."""
     known = {vehicle for shared in wiring.shared_processes for vehicle in shared.vehicles}
-    return suited(scenario, process.vehicles, known)
+    as_arrays = suited(scenario, process.vehicles, known)
+    if scenario.clock == "realtime":
+        in_real_time = RealtimeArrayVehicles if as_arrays else RealtimeVehicles
+        bus = RealtimeBus(in_real_time(scenario, process), wiring, scenario.speed)
+        _drive(bus, on_joined)
+    else:
+        in_lock_step = ArrayVehicles if as_arrays else LockStepVehicles
+        _drive(ZenohBus(in_lock_step(scenario, process), wiring), on_joined)
 
 
 def _drive(

@@ -149,10 +149,24 @@ class Vehicles:
 
         With `wants_all`, links are also estimated where no vehicle acts on them.
         """
+        decisions = self._decided(wants_all)
+        self._command(decisions.acceleration)
+        return decisions
+
+    def pass_by(self) -> None:
+        """End the cycle without new commands, in real time: the newest ones stay in force."""
+        self._decided(wants_all=True)  # the filters go on
+        self._command(self.own.newest_command)
+
+    def _command(self, acceleration: Floats) -> None:
+        if self.estimation is not None or self._wants_motion:
+            self.own.command(acceleration)
+
+    def _decided(self, wants_all: bool) -> Decisions:
         beacons, cycle = self._beacons, self.cycle
         assert beacons is not None
         now_ns = cycle * self.timing.period_ns + self.timing.wait_ns
-        decisions = self._decider.decide(
+        return self._decider.decide(
             Occasion(
                 cycle=cycle,
                 in_force=self._controllers.at(now_ns),
@@ -161,16 +175,6 @@ class Vehicles:
                 uniform=self._uniform,
             )
         )
-        if self.estimation is not None or self._wants_motion:
-            self.own.command(decisions.acceleration)
-        return decisions
-
-    def pass_by(self) -> None:
-        """End the cycle without new commands, in real time: the newest ones stay in force."""
-        before = self.own.newest_command
-        self.decide(wants_all=True)  # the filters go on
-        if self.estimation is not None or self._wants_motion:
-            self.own.command(before)
 
     def _view(self, beacons: Beacons, wants_all: bool) -> View:
         links, cycle, behind = self.links, self.cycle, self.links.behind[0]
