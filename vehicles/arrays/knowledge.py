@@ -17,6 +17,7 @@ from zenvoy.vehicles.arrays.filters import LinkFilters
 from zenvoy.vehicles.arrays.links import Links, gap_then
 from zenvoy.vehicles.arrays.own import OwnMotion
 from zenvoy.vehicles.arrays.plans import Plan, Stretch
+from zenvoy.vehicles.arrays.plans_ahead import PlansAhead
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.rows import ALL, Bools, Floats, Ints, Rows, chosen, everywhere, within
 from zenvoy.vehicles.arrays.timing import Timing
@@ -57,7 +58,7 @@ class Estimators:
             LinkFilters(period_s, sigma, copy(gap_error), copy(speed_error), count)
             for _ in range(2)
         )
-        self._known_ahead = np.zeros(count, dtype=np.bool_)  # whose vehicle ahead has a plan
+        self._plans = PlansAhead(links.ahead[0], timing)
         self._past: dict[int, tuple[Floats, Floats]] = {}  # own positions and speeds by cycle
 
     def sense(self, cycle: int, beacons: Beacons) -> None:
@@ -74,13 +75,12 @@ class Estimators:
         """
         measures = link is self._behind or (link is self._ahead and self._by_position)
         before, of_cycle = link.newest.plan, link.cycle
-        # A copy, because all rows are a view of the array, which is about to change.
-        known = self._known_ahead[rows].copy() if link is self._ahead else None
+        known = self._plans.known(rows) if link is self._ahead else None
         if not isinstance(rows, slice) and measures:  # hearing changes the arrays in place
             before, of_cycle = before.of(rows), of_cycle[rows]
         heard = link.hear(cycle, rows, beacons)
         if link is self._ahead:
-            self._known_ahead[rows] = True
+            self._plans.heard(rows)
         if not measures:
             return heard
         looks_back = link is self._behind
@@ -127,10 +127,10 @@ class Estimators:
         radar selects the vehicles with a vehicle ahead. wanted is a mask of those whose link behind
         is used; None means all of them.
         """
-        self._forget_old_plans(cycle)
+        self._plans.forget_old(cycle)
         acceleration = beacons.acceleration
         if not self._by_position:
-            ahead = self._acceleration_ahead(cycle)
+            ahead = self._plans.last_mean(cycle)
 
             def relative(_back: int, some: Rows) -> Floats:
                 which = within(radar, some)
@@ -146,7 +146,7 @@ class Estimators:
         if self._by_position:
             ahead = self._predict_by_age(cycle, self.link_ahead, self._ahead, None)
         else:
-            front, link = self._planned_ahead(cycle, until_ns), self.link_ahead
+            front, link = self._plans.over(cycle, until_ns), self.link_ahead
             state = predicted(link.p, link.v, until_ns * NS, front, own)
             ahead = Known(state, _measured(link))
         behind = self._predict_by_age(cycle, self.link_behind, self._behind, wanted)
@@ -172,7 +172,7 @@ class Estimators:
             mine = self._own.over(cycle - age, until_ns, members)
             dp, dv = link.newest.plan.of(members).over(timing.starts_ns, Stretch(0, t1_ns))
             if not looks_back:
-                known = self._known_ahead[members]
+                known = self._plans.known(members)
                 dp, dv = np.where(known, dp, 0.0), np.where(known, dv, 0.0)
             front, rear = (mine, (dp, dv)) if looks_back else ((dp, dv), mine)
             p[members], v[members] = predicted(
@@ -210,41 +210,6 @@ class Estimators:
             acting = some[periods[some] >= back]
             link.advance(within(rows, acting), relative(back, acting))
         link.correct(within(rows, some), cycle, periods[some], (z[0][some], z[1][some]), r[:, some])
-
-    def _forget_old_plans(self, cycle: int) -> None:
-        """Forget plans of the vehicle ahead that are too old; an old plan is worse than none."""
-        if not self._ahead.all_of(cycle):
-            self._known_ahead &= self._ahead.fresh(cycle)
-
-    def _acceleration_ahead(self, cycle: int) -> Floats:
-        """Return mean accelerations of the vehicle ahead over the last period; 0 if unknown."""
-        newest, timing = self._ahead.newest, self._timing
-        if self._ahead.all_of(cycle):
-            return newest.acceleration
-        mean = np.zeros(len(self._ahead.sender))
-        for age, rows in self._ahead.ages(cycle).items():
-            if age == 0:
-                mean[rows] = newest.acceleration[rows]
-            else:
-                t1_ns = age * timing.period_ns
-                plan = newest.plan.of(rows)
-                mean[rows] = plan.mean(timing.starts_ns, Stretch(t1_ns - timing.period_ns, t1_ns))
-        mean[~self._known_ahead] = 0.0
-        return mean
-
-    def _planned_ahead(self, cycle: int, until_ns: int) -> tuple[Floats, Floats]:
-        """Return the planned motion of the vehicle ahead in the `until_ns` after t_cycle."""
-        newest, timing = self._ahead.newest, self._timing
-        if self._ahead.all_of(cycle):
-            return newest.plan.over(timing.starts_ns, Stretch(0, until_ns))
-        dp, dv = (np.zeros(len(self._ahead.sender)) for _ in range(2))
-        for age, rows in self._ahead.ages(cycle).items():
-            t0_ns = age * timing.period_ns
-            stretch = Stretch(t0_ns, t0_ns + until_ns)
-            dp[rows], dv[rows] = newest.plan.of(rows).over(timing.starts_ns, stretch)
-        dp[~self._known_ahead] = 0.0
-        dv[~self._known_ahead] = 0.0
-        return dp, dv
 
 
 def _measured(filters: LinkFilters) -> Bools | None:
