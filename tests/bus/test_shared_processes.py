@@ -18,7 +18,7 @@ from zenvoy.bus.agent import Agent
 from zenvoy.bus.bundles import pack, unpack
 from zenvoy.bus.errors import PayloadError
 from zenvoy.bus.in_process import InProcessBus
-from zenvoy.bus.realtime import RealtimeAgent
+from zenvoy.bus.realtime_agent import RealtimeAgent
 from zenvoy.bus.topics import BEACON, LINKS, SENSE, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess, vehicle_processes
 from zenvoy.channel.lock_step import LockStepChannel
@@ -61,6 +61,17 @@ def events(folder: Path) -> list[tuple[int, int, str]]:
     log = read_log(folder / "out" / "run.mcap")
     found = [pb.Event.FromString(message.data) for message in log.of("/events")]
     return [(event.kind, event.vehicle, event.text) for event in found]
+
+
+def silent(folder: Path) -> set[int]:
+    """Return the vehicles that send no command now."""
+    found: set[int] = set()
+    for kind, vehicle, _ in events(folder):
+        if kind == pb.EVENT_SILENT:
+            found.add(vehicle)
+        elif kind == pb.EVENT_SILENT_END:
+            found.discard(vehicle)
+    return found
 
 
 def test_neighbours_share_a_process() -> None:
@@ -215,6 +226,8 @@ def test_a_process_of_several_that_dies_is_lost_and_the_run_goes_on(tmp_path: Pa
         with command(tmp_path / "5", "vehicle", "--id", "5", "--run", "../out") as joined:
             here = [(pb.EVENT_PROCESS_BACK, 0, "vehicle-05"), (pb.EVENT_SILENT_END, 5, "")]
             wait_until(lambda: set(here) <= set(events(tmp_path)), "vehicle 5 has joined")
+            # A busy machine may hold up the others, too, but they go on.
+            wait_until(lambda: silent(tmp_path) == {1, 2}, "all other vehicles drive")
             started.send(signal.SIGTERM)
             outcome = started.wait()
             assert joined.wait().code == 0
@@ -223,15 +236,7 @@ def test_a_process_of_several_that_dies_is_lost_and_the_run_goes_on(tmp_path: Pa
     assert outcome.err.startswith("vehicles-01-02 died: killed by SIGKILL; the run goes on\n")
     found = events(tmp_path)
     assert {text for kind, _, text in found if kind == pb.EVENT_PROCESS_LOST} == {"vehicles-01-02"}
-    # 5 was not there at first. A busy machine may hold up 3 and 4, too, but they go on.
-    silent = {vehicle for kind, vehicle, _ in found if kind == pb.EVENT_SILENT}
-    assert {1, 2, 5} <= silent
-    rows = read_log(tmp_path / "out" / "run.mcap").of("/realtime")
-    commanded_ns = [pb.RealTime.FromString(row.data).commanded_ns for row in rows]
-    drives = [{number for number, ns in enumerate(row, 1) if ns >= 0} for row in commanded_ns]
-    last = max(cycle for cycle, vehicles in enumerate(drives) if 1 in vehicles)
-    assert set().union(*drives[last + 1 :]) >= {3, 4}
-    assert not set().union(*drives[last + 1 :]) & {1, 2}
+    assert (pb.EVENT_SILENT, 5, "") in found  # it was not there at first
 
 
 def test_in_lock_step_a_process_of_several_that_dies_ends_the_run(tmp_path: Path) -> None:

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.fleet.realtime_agents.runs import MS, QUIET, of, scenario
+from tests.fleet.realtime_agents.stops import (
+    check_goes_on_with_the_newest_senses,
+    decides,
+    held_from,
+)
 from tests.fleet.realtime_agents.test_equal_to_lock_step import DATA, SCENARIOS
-from tests.fleet.realtime_agents.test_lateness import fates, rows
-from tests.virtual_time import Delay, Logged, VirtualBus, in_lock_step
-from zenvoy.bus import messages_pb2 as pb
+from tests.virtual_time import Delay, VirtualBus, in_lock_step
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.realtime import RealtimeAgent
+from zenvoy.bus.realtime_agent import RealtimeAgent
+from zenvoy.bus.topics import RECEIVE
 from zenvoy.bus.vehicle_processes import vehicle_processes
 from zenvoy.channel.realtime import RealtimeChannel
 from zenvoy.scenarios import Scenario
@@ -81,34 +83,12 @@ def test_they_equal_single_vehicles_whatever_is_late(text: str, seed: int, most_
     assert arrays.logged == single.logged
 
 
-def stopped_from(from_ns: int, back_ns: int, vehicles: Sequence[int], held: list[int]) -> Delay:
-    """Return a delay that holds messages to a process until it goes on, then one by one."""
-
-    def delay(envelope: Envelope, now_ns: int) -> int:
-        to_it = envelope.topic.reader == "vehicle" and envelope.vehicle in vehicles
-        if to_it and from_ns <= now_ns < back_ns:
-            held.append(now_ns)
-            return back_ns - now_ns + len(held) * MS // 10
-        return 0
-
-    return delay
-
-
 def test_a_process_that_was_stopped_goes_on_with_the_newest_senses(tmp_path: Path) -> None:
     of_run = scenario(tmp_path, QUIET.replace("BCM", "PBCM"))
     held: list[int] = []
-    delay = stopped_from(1000 * MS, 2560 * MS, (3, 4), held)
-    realtime = shared(of_run, RealtimeArrayVehicles, 2, delay).logged
+    realtime = shared(of_run, RealtimeArrayVehicles, 2, held_from([3, 4], held)).logged
     assert len(held) > 20
-    sent = {sequence for source, _, sequence in fates(realtime) if source == 3}
-    assert sent == {*range(10), *range(25, 40)}
-    commands = rows("/fleet/command", pb.FleetCommand, realtime)
-    decided = [not np.isnan(row.acceleration[2]) for row in commands]
-    assert decided == [cycle in sent for cycle in range(40)]
-    estimate = rows("/fleet/estimate", pb.FleetEstimate, realtime)[25]
-    truth = rows("/fleet/truth", pb.FleetTruth, realtime)[25]
-    assert estimate.speed[2] == pytest.approx(truth.speed[2], abs=3.0)
-    assert estimate.mode[2] == pb.MODE_PBCM
+    check_goes_on_with_the_newest_senses(realtime)
 
 
 def test_senses_that_never_come_leave_a_gap_of_their_cycles(tmp_path: Path) -> None:
@@ -119,28 +99,25 @@ def test_senses_that_never_come_leave_a_gap_of_their_cycles(tmp_path: Path) -> N
         return None if to_it and 1000 * MS <= now_ns < 2000 * MS else 0
 
     realtime = shared(of_run, RealtimeArrayVehicles, 2, lost).logged
-    assert _decided(realtime) == [not 10 <= cycle < 20 for cycle in range(40)]
-
-
-def _decided(realtime: Logged) -> list[bool]:
-    commands = rows("/fleet/command", pb.FleetCommand, realtime)
-    return [not np.isnan(row.acceleration[2]) for row in commands]
+    assert decides(realtime, 3) == [not 10 <= cycle < 20 for cycle in range(40)]
 
 
 def test_frames_that_come_again_are_refused(tmp_path: Path) -> None:
     of_run = scenario(tmp_path, QUIET)
-    (process,) = vehicle_processes(of_run.fleet.size, of_run.fleet.size)
-    agent = RealtimeArrayVehicles(of_run, process)
+    placed = vehicle_processes(of_run.fleet.size, of_run.fleet.size)
+    again: list[Envelope] = []
 
     class Twice(RealtimeChannel):
         """A channel whose deliveries come twice."""
 
         def act(self, now_ns: int) -> list[Envelope]:
             sent = super().act(now_ns)
-            return [two for one in sent for two in (one, one)] if now_ns else sent
+            deliveries = [one for one in sent if one.topic is RECEIVE]
+            again.extend(deliveries)
+            return [*sent, *deliveries]
 
-    bus = VirtualBus([Twice(of_run, [process]), RealtimeWorld(of_run), agent])
+    agents = [RealtimeArrayVehicles(of_run, process) for process in placed]
+    bus = VirtualBus([Twice(of_run, placed), RealtimeWorld(of_run), *agents])
     bus.run()
-    once = shared(of_run, RealtimeArrayVehicles, of_run.fleet.size)
-    assert bus.refused >= of_run.cycles - 2
-    assert of("/fleet/truth", bus.logged) == of("/fleet/truth", once.logged)
+    assert bus.refused == len(again) >= of_run.cycles - 1
+    assert bus.logged == shared(of_run, RealtimeArrayVehicles, of_run.fleet.size).logged

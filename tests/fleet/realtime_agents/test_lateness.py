@@ -5,36 +5,17 @@ from __future__ import annotations
 import hashlib
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.fleet.realtime_agents.runs import LATE_AND_LOST, MS, QUIET, of, scenario
+from tests.fleet.realtime_agents.logged import fates, rows
+from tests.fleet.realtime_agents.runs import LATE_AND_LOST, MS, QUIET, scenario
+from tests.fleet.realtime_agents.stops import check_goes_on_with_the_newest_senses, held_from
 from tests.virtual_time import Logged, in_lock_step, in_virtual_time
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
 from zenvoy.bus.topics import BEACON, COMMAND, RECEIVE
-
-
-def rows(topic: str, kind: Any, logged: Logged) -> list[Any]:
-    return [kind.FromString(payload) for _, payload in of(topic, logged)]
-
-
-def fates(logged: Logged) -> dict[tuple[int, int, int], tuple[bool, int]]:
-    """Return whether each frame (source, destination, sequence) is lost, and its latency."""
-    return {
-        (source, destination, sequence): (outcome == pb.OUTCOME_LOST, latency_ns)
-        for frames in rows("/v2v/frames", pb.Frames, logged)
-        for source, destination, sequence, outcome, latency_ns in zip(
-            frames.source,
-            frames.destination,
-            frames.sequence,
-            frames.outcome,
-            frames.latency_ns,
-            strict=True,
-        )
-    }
 
 
 def events(logged: Logged) -> list[tuple[int, int, int]]:
@@ -149,28 +130,10 @@ def test_a_vehicle_without_commands_keeps_its_acceleration_for_a_while(tmp_path:
 
 def test_a_vehicle_that_was_stopped_goes_on_with_the_newest_sense(tmp_path: Path) -> None:
     settings = scenario(tmp_path, QUIET.replace("BCM", "PBCM"))
-    back_ns = 2560 * MS
-    inboxes: list[int] = []
-
-    def stopped(envelope: Envelope, now_ns: int) -> int:
-        """Hold messages to vehicle 3 from 1 s until it goes on, then deliver them one by one."""
-        to_it = envelope.topic.reader == "vehicle" and envelope.vehicle == 3
-        if to_it and 1000 * MS <= now_ns < back_ns:
-            inboxes.append(now_ns)
-            return back_ns - now_ns + len(inboxes) * MS // 10
-        return 0
-
-    realtime = in_virtual_time(settings, stopped)
-    assert len(inboxes) > 20
-    sent = {sequence for source, _, sequence in fates(realtime) if source == 3}
-    assert sent == {*range(10), *range(25, 40)}
-    commands = rows("/fleet/command", pb.FleetCommand, realtime)
-    decided = [not np.isnan(row.acceleration[2]) for row in commands]
-    assert decided == [cycle in sent for cycle in range(40)]
-    estimate = rows("/fleet/estimate", pb.FleetEstimate, realtime)[25]
-    truth = rows("/fleet/truth", pb.FleetTruth, realtime)[25]
-    assert estimate.speed[2] == pytest.approx(truth.speed[2], abs=3.0)
-    assert estimate.mode[2] == pb.MODE_PBCM
+    held: list[int] = []
+    realtime = in_virtual_time(settings, held_from([3], held))
+    assert len(held) > 20
+    check_goes_on_with_the_newest_senses(realtime)
 
 
 def test_missing_beacons_delay_no_vehicle_for_long(tmp_path: Path) -> None:
