@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import importlib
 import json
 import os
 import select
@@ -23,24 +22,19 @@ from typing import Any, Final
 
 from setproctitle import setproctitle
 
-LARGEST: Final = 1 << 20
-"""The largest request, bytes: arguments and environment."""
+from tests.preloaded import LARGEST
+from zenvoy.cli import analyze, app, entry, execute  # noqa: F401  # most is imported for the forks
+
 _FDS: Final = 5
 """A request brings three standard streams, a network namespace, and the socket for its answers."""
 _CLONE_NEWNET: Final = 0x4000_0000
 _PR_SET_PDEATHSIG: Final = 1
-_IMPORTED: Final = ("zenvoy.cli.app", "zenvoy.cli.execute", "zenvoy.cli.analyze")
 
 
 def main(number: str) -> None:
     """Serve the requests from a socket until the tests end; run the command in each fork."""
-    for name in _IMPORTED:
-        importlib.import_module(name)
-    setproctitle(
-        "command server"
-    )  # it finds the place of titles now, while the environment is there
+    setproctitle("command server")  # finds the place of titles, which goes with the environment
     gc.freeze()  # forks share what is imported, and a collection would copy it
-    entry = importlib.import_module("zenvoy.cli.entry")
     if _serve(socket.socket(fileno=int(number))):
         entry.main()
 

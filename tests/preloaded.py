@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import Final
 
 from tests.as_child import as_child
-from tests.command_server import LARGEST
 
+LARGEST: Final = 1 << 20
+"""The largest request to the server, bytes: arguments and environment."""
 _STYLING: Final = ("FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "LINES")
 
 
