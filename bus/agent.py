@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from google.protobuf.message import Message
 
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.topics import Topic
 
@@ -73,13 +74,22 @@ class Inbox:
             Inbox({t: [one] for t, one in zip(self._mail, share, strict=True)}) for share in shares
         ]
 
-    def with_payloads(self, topic: Topic[M]) -> list[tuple[M, bytes]]:
-        """Return the messages of `topic` and their bytes as received, in order of vehicle."""
+    def with_payloads(self, topic: Topic[M]) -> list[tuple[Any, bytes]]:
+        """Return the messages of `topic` and their bytes as received, in order of vehicle.
+
+        Where its agent reads several messages together, they are one object, which comes for each.
+        """
         return self._mail[topic]
 
 
 Decoder = Callable[[bytes], Any]
 """Decodes one message for all vehicles of a process; raises PayloadError."""
+
+Reader = Callable[[Sequence[Parcel]], Any]
+"""Reads messages of several vehicles as one object, or returns None: then they are read one by one.
+
+The object has the `cycle` and the `time_ns` of all these messages, and has passed all checks.
+"""
 
 Log = Callable[[Topic[Any], int, bytes], None]
 """Takes a message to be logged: its topic, its simulation time (ns), its bytes."""
@@ -114,6 +124,18 @@ class TakesBundles(Protocol):
 def decoders_of(participant: Participant) -> Mapping[Topic[Any], Decoder]:
     """Return the streams of which a participant takes bundles, with their decoders."""
     return participant.decoders if isinstance(participant, TakesBundles) else {}
+
+
+@runtime_checkable
+class ReadsTogether(Protocol):
+    """A participant that reads the messages of a shared process together, of some streams."""
+
+    readers: Mapping[Topic[Any], Reader]
+
+
+def readers_of(participant: Participant) -> Mapping[Topic[Any], Reader]:
+    """Return the streams whose messages a participant reads together, with their readers."""
+    return participant.readers if isinstance(participant, ReadsTogether) else {}
 
 
 class Agent(Participant, Protocol):

@@ -106,6 +106,11 @@ def _is_mode(mode: int) -> bool:
     return mode in _MODES or pb.MODE_OWN <= mode < _MOST_MODES
 
 
+def are_modes(modes: NDArray[Any]) -> bool:
+    """Return whether all numbers are modes of commands."""
+    return all(_is_mode(mode) for mode in np.unique(modes).tolist())
+
+
 def fault_in_timing(timing: pb.Timing, size: int) -> str | None:
     """Check the timing in a command: its columns match, and its frames come from the fleet."""
     source = timing.source[:]  # a list is faster

@@ -15,7 +15,7 @@ from google.protobuf.descriptor import Descriptor, FieldDescriptor
 
 from zenvoy.bus.packed import tag, varint
 
-_CODES: Final = {
+CODES: Final = {
     FieldDescriptor.TYPE_DOUBLE: ("d", 1),
     FieldDescriptor.TYPE_SFIXED64: ("q", 1),
     FieldDescriptor.TYPE_FIXED64: ("Q", 1),
@@ -24,6 +24,7 @@ _CODES: Final = {
     FieldDescriptor.TYPE_FIXED32: ("I", 5),
     FieldDescriptor.TYPE_ENUM: ("B", 0),  # a varint of one byte: values below 128
 }
+"""The `struct` code of a number, and its wire type, by type of field."""
 
 
 class Piece(NamedTuple):
@@ -77,7 +78,7 @@ class ColumnEncoder:
     def __init__(self, descriptor: Descriptor, name: str) -> None:
         field = descriptor.fields_by_name[name]
         self._name, self._number = name, field.number
-        self._code, wire = _CODES.get(field.type, ("", 0))
+        self._code, wire = CODES.get(field.type, ("", 0))
         if not field.is_repeated or not wire:
             raise TypeError(f"{descriptor.name}.{name} is not a column of numbers of fixed width")
 
@@ -125,7 +126,7 @@ def _numbers(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Nu
     for field in sorted(descriptor.fields, key=lambda field: field.number):
         if field.name in leave_out:
             continue
-        if field.is_repeated or field.type not in {*_CODES, FieldDescriptor.TYPE_MESSAGE}:
+        if field.is_repeated or field.type not in {*CODES, FieldDescriptor.TYPE_MESSAGE}:
             raise TypeError(f"{descriptor.name}.{field.name} is not a number of fixed width")
         if field.type == FieldDescriptor.TYPE_MESSAGE:
             assert field.message_type is not None
@@ -134,7 +135,7 @@ def _numbers(descriptor: Descriptor, leave_out: tuple[str, ...]) -> Iterator[_Nu
             inner[0] = inner[0]._replace(head=head + inner[0].head)
             yield from (number._replace(name=f"{field.name}_{number.name}") for number in inner)
             continue
-        code, wire = _CODES[field.type]
+        code, wire = CODES[field.type]
         yield _Number(field.name, tag(field.number, wire), code)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from zenvoy.bus.flat import Piece
 
-_DTYPES: Final = {
+DTYPES: Final = {
     "d": "<f8",
     "q": "<i8",
     "Q": "<u8",
@@ -34,12 +34,14 @@ class FlatTable:
         for piece in pieces:
             template += piece.head
             offsets.append(len(template))
-            formats.append((_DTYPES[piece.code], (piece.many,) if piece.many else ()))
+            formats.append((DTYPES[piece.code], (piece.many,) if piece.many else ()))
             width = np.dtype(formats[-1]).itemsize
             template += bytes(width)
             fixed += [True] * len(piece.head) + [False] * width
         self.size = len(template)
         """The length of a message, bytes."""
+        self.enums = tuple(piece.name for piece in pieces if piece.code == "B")
+        """The fields that are enums: `decode` reads any byte there, and they are below 128."""
         self._template = bytes(template)
         self._fixed = np.flatnonzero(fixed)
         self._dtype = np.dtype(
@@ -64,11 +66,18 @@ class FlatTable:
 
     def decode(self, payloads: Sequence[bytes]) -> NDArray[Any] | None:
         """Return the messages as a structured array; None if any of them has another form."""
-        data, size = b"".join(payloads), self.size
-        if any(len(payload) != size for payload in payloads):
+        if any(len(payload) != self.size for payload in payloads):
             return None
-        rows = np.frombuffer(data, np.uint8).reshape(-1, size)
+        data = b"".join(payloads)
+        return self.rows(data) if self.fits(data).all() else None
+
+    def fits(self, data: bytes) -> NDArray[np.bool_]:
+        """Return which of the messages in a row, all of this length, have this form."""
+        rows = np.frombuffer(data, np.uint8).reshape(-1, self.size)
         template = np.frombuffer(self._template, np.uint8)
-        if not (rows[:, self._fixed] == template[self._fixed]).all():
-            return None
+        found: NDArray[np.bool_] = (rows[:, self._fixed] == template[self._fixed]).all(axis=1)
+        return found
+
+    def rows(self, data: bytes) -> NDArray[Any]:
+        """Return messages of this form in a row as a structured array."""
         return np.frombuffer(data, self._dtype)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 from zenvoy.bus.agent import Barrier, Decoder, Inbox
@@ -56,6 +56,23 @@ class Mailbox:
             slot = self._mail[topic, cycle] = {}
         slot[vehicle] = (message, payload)
         return None
+
+    def put_together(
+        self, topic: Topic[Any], message: Any, parcels: Sequence[tuple[int, bytes]]
+    ) -> bool:
+        """Keep one message for several vehicles, with the payload of each.
+
+        It has passed all checks but those of `put` itself. Keep nothing and return False if one of
+        these would refuse any payload.
+        """
+        cycle, taken = message.cycle, max(self._taken.get(topic, -1), self._before)
+        slot = self._mail.get((topic, cycle), {})
+        there = any(vehicle in slot for vehicle, _ in parcels)
+        if there or not taken < cycle <= taken + WINDOW:
+            return False
+        slot.update({vehicle: (message, payload) for vehicle, payload in parcels})
+        self._mail[topic, cycle] = slot
+        return True
 
     def expect(self, barrier: Barrier | None) -> None:
         """Note the next barrier: its cycle may be far ahead of the last one taken."""

@@ -23,6 +23,7 @@ _DTYPES: Final[dict[int, np.dtype[Any]]] = {
     FieldDescriptor.TYPE_SFIXED64: np.dtype("<i8"),
 }
 _LENGTH_DELIMITED: Final = 2
+_LONGEST_VARINT: Final = 63  # bits before the last byte; a longer one is none of protobuf's
 
 
 class PackedCodec:
@@ -96,13 +97,13 @@ class PackedCodec:
         found: dict[str, tuple[int, int]] = {}
         at = 0
         while at < len(payload):
-            key, at = _read_varint(payload, at)
+            key, at = read_varint(payload, at)
             if key not in self._fields:
                 raise ValueError(f"unknown field {key >> 3} (wire type {key & 7})")
             name, dtype, repeated = self._fields[key]
             size = dtype.itemsize
             if repeated:
-                size, at = _read_varint(payload, at)
+                size, at = read_varint(payload, at)
             if at + size > len(payload):
                 raise ValueError(f"field {name} is cut")
             if size % dtype.itemsize:
@@ -154,10 +155,11 @@ def varint(value: int) -> bytes:
     return bytes(parts)
 
 
-def _read_varint(payload: bytes | memoryview, at: int) -> tuple[int, int]:
+def read_varint(payload: bytes | memoryview, at: int) -> tuple[int, int]:
+    """Return the number that begins at a place, and where it ends; raises ValueError if cut."""
     value = shift = 0
     while True:
-        if at >= len(payload):
+        if at >= len(payload) or shift > _LONGEST_VARINT:
             raise ValueError("the payload ends in a number")
         byte = payload[at]
         value |= (byte & 0x7F) << shift

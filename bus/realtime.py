@@ -189,7 +189,12 @@ class RealtimeBus(Connection):
         wall = None if topic in _TELL_START else self._wall
         came_ns = sample.came_ns if wall is None else wall.time_ns(sample.came_ns)
         hand_over = self._place if wall is None else self._tell
-        for vehicle, payload in self._admission.parcels(topic, key, sample.sample):
+        parcels = self._admission.parcels(topic, key, sample.sample)
+        together = self._read_together(topic, parcels) if parcels and wall is not None else None
+        if together is not None:
+            self._tell(Post(topic, 0, together, b"", came_ns), key)
+            return
+        for vehicle, payload in parcels:
             try:
                 message = decode(payload)
             except PayloadError:

@@ -134,8 +134,11 @@ class ZenohBus(Connection):
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
-        for vehicle, payload in self._admission.parcels(topic, key, sample):
-            reason = self._mailbox.put(topic, vehicle, payload)
+        parcels = self._admission.parcels(topic, key, sample)
+        message = self._read_together(topic, parcels) if parcels else None
+        together = message is not None and self._mailbox.put_together(topic, message, parcels)
+        for vehicle, payload in parcels:
+            reason = None if together else self._mailbox.put(topic, vehicle, payload)
             if reason is not None:
                 self.refusals.add(reason, key)
             elif self._latecomers is not None and topic.writer == "vehicle":

@@ -2,37 +2,31 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
-from zenvoy.bus.checks import fault_in_command, table_of
-from zenvoy.bus.flat import FlatEncoder
+from zenvoy.bus.checks import are_modes, fault_in_command, table_of
 from zenvoy.bus.frame_table import FrameTable
-from zenvoy.bus.packed import tag
-from zenvoy.bus.topics import FRAMES, POSITIONS, SENSE, vehicle_name
+from zenvoy.bus.topics import FRAMES, POSITIONS, vehicle_name
 from zenvoy.laws import law_of
 from zenvoy.scenarios import Scenario, attendance, modes, roster
 from zenvoy.world.chronicle import Chronicle
+from zenvoy.world.commands import CommandReader, Commands, FleetCommands, Rows
 from zenvoy.world.failing_processes import FailingProcesses, held
+from zenvoy.world.fallbacks import Fallbacks, fallback
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import Decided, command_row, estimate_row, radar_row, truth_row
+from zenvoy.world.senses import senses
 from zenvoy.world.sensor_faults import SensorFaults
-from zenvoy.world.sensors import Readings, SensorSet
+from zenvoy.world.sensors import SensorSet
 
-Floats = NDArray[np.float64]
-
-_SENSE: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("wall_start_ns",))
-_SENSE_OF_FIRST: Final = FlatEncoder(pb.Sense.DESCRIPTOR, leave_out=("ahead", "wall_start_ns"))
 # A brake by hand is that of the paper.
 _BY_HAND_NS: Final = 2_000_000_000
 _BY_HAND_MPS2: Final = 3.0
-_WALL_START: Final = tag(pb.Sense.WALL_START_NS_FIELD_NUMBER, 1)
 
 
 class Begun(NamedTuple):
@@ -75,6 +69,10 @@ class World:
             mode: len(law_of(model).columns)
             for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
         }
+        self._values = max(self._columns.values(), default=0)
+        self.commands: Final = CommandReader(self._values)
+        """Reads the commands of the vehicles."""
+        self._fallbacks = Fallbacks(scenario.fleet.size)
         self._loss_by_hand = 0.0
         self._brakes_by = min(_BY_HAND_MPS2, scenario.control.acceleration_limit_mps2)
         self._wait_ns, self._delay_ns = scenario.v2v_wait_ns, scenario.system_delay_ns
@@ -91,13 +89,29 @@ class World:
         decided_ns = self._decided_ns(command.cycle)
         return fault_in_command(command, vehicle, decided_ns, decided_ns + self._delay_ns)
 
+    def are_sound(self, commands: Commands, vehicles: Sequence[int]) -> bool:
+        """Return whether commands are those of these vehicles, of one cycle, without a fault."""
+        rows = commands.rows
+        decided_ns = self._decided_ns(commands.cycle)
+        return bool(
+            np.array_equal(rows["vehicle"], vehicles)
+            and (rows["cycle"] == commands.cycle).all()
+            and (rows["time_ns"] == decided_ns).all()
+            and (rows["effective_ns"] == decided_ns + self._delay_ns).all()
+            and np.isfinite(rows["acceleration"]).all()
+            and are_modes(rows["mode"])
+        )
+
     def table_of(self, links: pb.Links) -> FrameTable:
         """Return the table of frames in a message of the channel; raises RefusedError."""
         return table_of(links, len(self._vehicles), links.cycle * self._period_ns)
 
-    def take_in(self, commands: Iterable[pb.Command]) -> None:
-        """Keep commands until they take effect."""
-        self._fleet.command(self._processes.taken_in(commands))
+    def take_in(self, rows: Rows) -> None:
+        """Keep commands until they take effect; rows: of `ROW`, changed if processes are slow."""
+        effective = self._processes.taken_in(rows)
+        self._fleet.command(
+            effective["vehicle"], effective["effective_ns"], effective["acceleration"]
+        )
 
     def let_roll(self, vehicle: int, from_ns: int) -> None:
         """Let a vehicle roll without acceleration from an instant until its next command."""
@@ -135,30 +149,43 @@ class World:
         readings = self._sensors.read(cycle, fleet.gaps, fleet.position, fleet.speed)
         readings, felt = self._sensor_faults.read(readings, acceleration, cycle, now_ns)
         radar = radar_row(cycle, now_ns, readings, felt)
-        senses = self._senses(cycle, now_ns, readings, felt, wall_start_ns)
-        messages = [*senses, self._positions(cycle, now_ns, wall_start_ns)]
+        there = self._attendance.there(cycle)
+        of_vehicles = senses(cycle, now_ns, there, readings, felt, wall_start_ns)
+        messages = [*of_vehicles, self._positions(cycle, now_ns, wall_start_ns)]
         return Begun(messages, [truth, radar], collided)
 
+    def no_commands(self) -> FleetCommands:
+        """Return the commands of a cycle of which none has arrived."""
+        return FleetCommands(len(self._vehicles), self._values)
+
     def events(
-        self, cycle: int, commands: Iterable[pb.Command], collided: Sequence[int]
+        self, cycle: int, commands: FleetCommands | None, collided: Sequence[int]
     ) -> list[Envelope]:
         """Return the events up to the start of a cycle, for the log.
 
-        commands: those that arrived since the last call. collided: as `begin` returned it.
+        commands: those of the newest cycle that has ended. collided: as `begin` returned it.
         """
         now_ns = min(cycle, self._cycles) * self._period_ns
-        events = self._chronicle.write(now_ns, commands, collided)
+        fallbacks = [] if commands is None else self._fallbacks_in(commands)
+        events = self._chronicle.write(now_ns, fallbacks, collided)
         if self.stopped:
             why = f"{self.lost} killed" if self.lost else "collision"
             events.append(self._chronicle.stop(now_ns, why))
         return events
 
-    def rows(self, cycle: int, frames: bytes, commands: Mapping[int, pb.Command]) -> list[Envelope]:
+    def _fallbacks_in(self, commands: FleetCommands) -> list[pb.Event]:
+        there, rows = np.flatnonzero(commands.there), commands.rows
+        return [
+            fallback(index + 1, begins, int(rows["time_ns"][index]))
+            for index, begins in self._fallbacks.changes(there, rows["mode"][there])
+        ]
+
+    def rows(self, cycle: int, frames: bytes, commands: FleetCommands) -> list[Envelope]:
         """Return the rows of the log for a cycle that has ended.
 
-        frames: its table, a serialized pb.Frames. commands: those that arrived, by vehicle.
+        frames: its table, a serialized pb.Frames. commands: those that arrived.
         """
-        decided = Decided(cycle, self._decided_ns(cycle), self._vehicles, commands)
+        decided = Decided(cycle, self._decided_ns(cycle), commands)
         return [
             Envelope(FRAMES, 0, frames, cycle * self._period_ns),
             estimate_row(decided, self._counts_neighbours, self._columns),
@@ -167,40 +194,6 @@ class World:
 
     def _decided_ns(self, cycle: int) -> int:
         return cycle * self._period_ns + self._wait_ns
-
-    def _senses(
-        self, cycle: int, now_ns: int, readings: Readings, felt: Floats, wall_start_ns: int
-    ) -> list[Envelope]:
-        """Return the readings of each vehicle; felt: those of its own acceleration, m/s²."""
-        start = _WALL_START + wall_start_ns.to_bytes(8, "little") if wall_start_ns else b""
-        rows = zip(
-            self._vehicles,
-            readings.gap.tolist(),
-            readings.relative_speed.tolist(),
-            readings.position.tolist(),
-            readings.speed.tolist(),
-            felt.tolist(),
-            strict=True,
-        )
-        senses = []
-        takes_part = self._attendance.takes_part
-        for vehicle, gap, relative_speed, position, speed, acceleration in rows:
-            if not takes_part(vehicle, cycle):
-                continue
-            own = {"position": position, "speed": speed, "acceleration": acceleration}
-            if math.isnan(gap):  # the first vehicle of an open road has none ahead
-                sense = _SENSE_OF_FIRST.encode(cycle=cycle, time_ns=now_ns, vehicle=vehicle, **own)
-            else:
-                sense = _SENSE.encode(
-                    cycle=cycle,
-                    time_ns=now_ns,
-                    vehicle=vehicle,
-                    ahead_gap=gap,
-                    ahead_speed=relative_speed,
-                    **own,
-                )
-            senses.append(Envelope(SENSE, vehicle, sense + start))
-        return senses
 
     def _positions(self, cycle: int, now_ns: int, wall_start_ns: int) -> Envelope:
         position = self._fleet.position.tolist()

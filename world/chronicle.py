@@ -24,7 +24,6 @@ class Chronicle:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scheduled = sorted(_scheduled(scenario), key=lambda event: event.time_ns)
-        self._fallen_back: set[int] = set()
         self._period_ns = scenario.period_ns
 
     @property
@@ -33,10 +32,10 @@ class Chronicle:
         return self._scheduled[0].time_ns if self._scheduled else None
 
     def write(
-        self, now_ns: int, commands: Iterable[pb.Command], collided: Sequence[int]
+        self, now_ns: int, fallbacks: Iterable[pb.Event], collided: Sequence[int]
     ) -> list[Envelope]:
         """Return the entries for a step of the world to `now_ns`; collided: follower indices."""
-        events = self._fallbacks(commands)
+        events = list(fallbacks)
         while self._scheduled and self._scheduled[0].time_ns <= now_ns:
             events.append(self._scheduled.pop(0))
         for index in collided:
@@ -62,17 +61,6 @@ class Chronicle:
     def _entry(self, event: pb.Event) -> Envelope:
         event.cycle = event.time_ns // self._period_ns
         return Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns)
-
-    def _fallbacks(self, commands: Iterable[pb.Command]) -> list[pb.Event]:
-        events = []
-        for command in commands:
-            falls = command.mode == pb.MODE_FALLBACK_FM
-            if falls == (command.vehicle in self._fallen_back):
-                continue
-            self._fallen_back ^= {command.vehicle}
-            kind = pb.EVENT_FALLBACK if falls else pb.EVENT_FALLBACK_END
-            events.append(pb.Event(time_ns=command.time_ns, kind=kind, vehicle=command.vehicle))
-        return events
 
 
 def _scheduled(scenario: Scenario) -> list[pb.Event]:

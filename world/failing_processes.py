@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
-from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import ProcessSlowed, Scenario, attendance, faults_of
+from zenvoy.world.commands import Rows
 
 
 class Held(NamedTuple):
@@ -37,31 +37,31 @@ class FailingProcesses:
         self._slowed = list(faults_of(scenario, ProcessSlowed))
         self._newest_ns: dict[int, int] = {}  # by slow vehicle: effect of its newest command
 
-    def taken_in(self, commands: Iterable[pb.Command]) -> list[pb.Command]:
-        """Return the commands that take effect, in their order; those that are late are changed.
+    def taken_in(self, rows: Rows) -> Rows:
+        """Return the commands that take effect, in order; rows: of `ROW`, late ones are changed.
 
         A process answers in order, so a command does not overtake an earlier one that is late. The
         commands that a killed process leaves behind take no effect.
         """
         if not self._attendance.absences and not self._slowed:
-            return list(commands)
-        left = [command for command in commands if not self._is_dead(command)]
-        for command in left:
+            return rows
+        left = [at for at in range(len(rows)) if not self._is_dead(rows[at])]
+        for at in left:
+            vehicle, time_ns = int(rows["vehicle"][at]), int(rows["time_ns"][at])
             delays_ns = [
                 fault.delay_ns
                 for _, fault, vehicles in self._slowed
-                if command.vehicle in vehicles and fault.in_force(command.time_ns)
+                if vehicle in vehicles and fault.in_force(time_ns)
             ]
-            if delays_ns or command.vehicle in self._newest_ns:
-                after_ns = self._newest_ns.get(command.vehicle, 0)
-                command.effective_ns = max(command.effective_ns + sum(delays_ns), after_ns)
-                self._newest_ns[command.vehicle] = command.effective_ns
-        return left
+            if delays_ns or vehicle in self._newest_ns:
+                after_ns = self._newest_ns.get(vehicle, 0)
+                effective_ns = max(int(rows["effective_ns"][at]) + sum(delays_ns), after_ns)
+                rows["effective_ns"][at] = self._newest_ns[vehicle] = effective_ns
+        return rows[left]
 
-    def _is_dead(self, command: pb.Command) -> bool:
+    def _is_dead(self, row: Rows) -> bool:
         """Return whether the process of a command dies before the command takes effect."""
         return any(
-            command.cycle < absence.first
-            and command.effective_ns >= absence.first * self._period_ns
-            for absence in self._attendance.kills(command.vehicle)
+            row["cycle"] < absence.first and row["effective_ns"] >= absence.first * self._period_ns
+            for absence in self._attendance.kills(int(row["vehicle"]))
         )

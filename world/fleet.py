@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.bus import messages_pb2 as pb
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.world.actuators import Actuators
 from zenvoy.world.contacts import Contacts
@@ -17,6 +17,7 @@ from zenvoy.world.road import Road
 from zenvoy.world.stuck import StuckActuators
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.integer[Any]]
 
 
 class Fleet:
@@ -45,7 +46,7 @@ class Fleet:
         self._overrides = Overrides(scenario)
         self._stuck = StuckActuators(scenario)
         self._commanded: Floats = np.zeros(shape)
-        self._coming: dict[int, list[tuple[int | slice, Floats | float]]] = {}
+        self._coming: dict[int, list[tuple[int | slice | Ints, Floats | float]]] = {}
 
     @property
     def acceleration(self) -> Floats:
@@ -65,12 +66,13 @@ class Fleet:
             given = np.where(self._lags_if_free(), self._actuators.acceleration, a)
         return self._stuck.applied(self.time_ns, a, given)
 
-    def command(self, commands: Iterable[pb.Command]) -> None:
-        """Take in commands; each takes effect at its time, or at once if that has passed."""
-        for command in commands:
-            index = command.vehicle - 1
-            a = max(self._lowest[index], min(self._highest[index], command.acceleration))
-            self._coming.setdefault(command.effective_ns, []).append((index, float(a)))
+    def command(self, vehicle: Ints, effective_ns: Ints, acceleration: Floats) -> None:
+        """Take in commands (k,); each takes effect at its time, or at once if that has passed."""
+        index = vehicle.astype(np.intp) - 1
+        a = np.maximum(self._lowest[index], np.minimum(self._highest[index], acceleration))
+        for at_ns in np.unique(effective_ns).tolist():
+            then = effective_ns == at_ns
+            self._coming.setdefault(at_ns, []).append((index[then], a[then]))
 
     def brake(self, vehicle: int, start_ns: int, end_ns: int, deceleration: float) -> None:
         """Let a vehicle brake between two instants, the first of them not before now."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.agent import Barrier, Envelope, Inbox, Reader
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.errors import VehicleLostError
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN, RefusedError
 from zenvoy.bus.topics import COMMAND, LINKS, Topic
 from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
+from zenvoy.world.commands import Commands, FleetCommands
 from zenvoy.world.pace import Pace
 
 _FARTHEST: Final = 2  # cycles ahead; more would overlap no more work and only fill queues
@@ -36,6 +39,7 @@ class LockStepWorld:
         self._lookahead = lookahead(scenario)
         self._step = 0
         self.pace = Pace(together=self._lookahead > 0)
+        self.readers: Mapping[Topic[Any], Reader] = {COMMAND: self._together}
 
     @property
     def barrier(self) -> Barrier | None:
@@ -78,19 +82,42 @@ class LockStepWorld:
             raise VehicleLostError(self._core.lost, (self._step - 1) * self._period_ns * 1e-9)
         cycle, self._step = self._step, self._step + 1
         ended = cycle - 1 - self._lookahead  # the cycle whose commands and links are in the inbox
-        commands, rows = {}, []
+        commands, rows = None, []
         if ended >= 0:
-            there = self._attendance.there(ended)
-            commands = dict(zip(there, inbox.all(COMMAND), strict=True))
-        self._core.take_in(commands.values())
-        if ended >= 0:
+            commands = self._taken_from(inbox)
             links = inbox.one(LINKS)
             rows = self._core.rows(ended, links.frames, commands)
             if inbox.late is not None:
                 self.pace.add((inbox.late, Late(links.late_host, links.late_ns)))
         begun = self._core.begin(cycle)
-        events = self._core.events(cycle, commands.values(), begun.collided)
+        events = self._core.events(cycle, commands, begun.collided)
         return [*begun.messages, *rows, *begun.rows, *events]
+
+    def _taken_from(self, inbox: Inbox) -> FleetCommands:
+        """Take in the commands of a cycle, those of shared processes and all others."""
+        together: dict[int, Commands] = {}
+        alone = []
+        for one, payload in inbox.with_payloads(COMMAND):
+            if isinstance(one, Commands):
+                together[id(one)] = one
+            else:
+                alone.append(payload)
+        read = [self._core.commands.each(alone)] if alone else []
+        found = self._core.no_commands()
+        for commands in (*together.values(), *read):
+            self._core.take_in(commands.rows)
+            found.put(commands)
+        return found
+
+    def _together(self, parcels: Sequence[Parcel]) -> Commands | None:
+        """Return the commands of the vehicles of a shared process; None if any is in doubt."""
+        vehicles, payloads = zip(*parcels, strict=True)
+        commands = self._core.commands.flat(payloads)
+        if commands is None or not self._core.are_sound(commands, vehicles):
+            return None
+        takes_part = self._attendance.takes_part
+        all_take_part = all(takes_part(vehicle, commands.cycle) for vehicle in vehicles)
+        return commands if all_take_part else None
 
 
 def lookahead(scenario: Scenario) -> int:

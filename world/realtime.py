@@ -2,37 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope
+from zenvoy.bus.agent import Envelope, Reader
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.checks import fault_in_timing
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import FOREIGN, STALE, UNCLOCKED, RefusedError
-from zenvoy.bus.topics import EVENTS, LINKS, Topic
+from zenvoy.bus.topics import COMMAND, EVENTS, LINKS, Topic
 from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
-from zenvoy.world.realtime_rows import Came, frames_of, realtime_row
+from zenvoy.world.commands import Commands, FleetCommands
+from zenvoy.world.realtime_rows import frames_of, realtime_row
+from zenvoy.world.timings import Timings, are_timings
 
 _OVERRUN_NS: Final = 1_000_000  # of wall time; a cycle that begins later than this has overrun
+
+
+class _Arrived(NamedTuple):
+    """The commands of a cycle that have arrived, and their timing."""
+
+    commands: FleetCommands
+    timings: Timings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EndedCycle:
     """All messages about a cycle that has ended.
 
-    receivers: the commands whose decisions should use its frames; None if the run ends before.
+    receivers: what the commands report whose decisions should use its frames; None if the run ends
+    before.
     """
 
     cycle: int
     began_ns: int
     tables: list[FrameTable]
-    commands: dict[int, Came]  # by vehicle
-    receivers: list[pb.Command] | None
+    arrived: _Arrived
+    receivers: Timings | None
 
 
 class RealtimeWorld:
@@ -71,18 +83,20 @@ class RealtimeWorld:
         self._lag = 1 + self._decided_later + -(-self._effect_ns // self._period_ns)
         self._wall_start_ns = 0
         self._cycle = 0  # the next to begin
-        self._newest = dict.fromkeys(self._vehicles, -1)  # cycle of each vehicle's newest command
-        self._acts_ns = dict.fromkeys(self._vehicles, 0)  # when that command took effect
-        self._silent: set[int] = set()  # vehicles that have sent no command for too long
+        size = len(self._vehicles)
+        self._newest = np.full(size, -1)  # cycle of each vehicle's newest command
+        self._acts_ns = np.zeros(size, dtype=np.int64)  # when that command took effect
+        self._silent = np.zeros(size, dtype=np.bool_)  # who has sent no command for too long
         self._events: list[pb.Event] = []  # logged when the next cycle begins
         # Messages about the cycles that are not logged yet, by cycle.
         self._began_ns: dict[int, int] = {}
-        self._commands: dict[int, dict[int, Came]] = {}  # by cycle and vehicle
+        self._arrived: dict[int, _Arrived] = {}
         self._tables: dict[int, list[FrameTable]] = {}
         self._ended: _EndedCycle | None = None  # the next cycle to be logged
         self._linked_ns = 0  # when the channel last sent a table
         self._commanded_ns = 0  # when a vehicle last sent a command
         self.overruns = 0
+        self.readers: Mapping[Topic[Any], Reader] = {COMMAND: self._together}
 
     @property
     def channel_silent_ns(self) -> int:
@@ -144,7 +158,29 @@ class RealtimeWorld:
             self._linked_ns = post.came_ns
             return self._take_in_links(post.message)
         self._commanded_ns = post.came_ns
-        return self._take_in_command(post.vehicle, Came(post.message, post.came_ns))
+        if isinstance(post.message, Commands):
+            self._take_in_commands(post.message, post.came_ns)
+            return None
+        cycle = post.message.cycle
+        if not self._newest[post.vehicle - 1] < cycle < self._cycle:
+            return STALE
+        if not self._attendance.takes_part(post.vehicle, cycle):
+            return FOREIGN
+        self._take_in_commands(self._core.commands.each([post.payload]), post.came_ns)
+        return None
+
+    def _together(self, parcels: Sequence[Parcel]) -> Commands | None:
+        """Return the commands of the vehicles of a shared process; None if any is in doubt."""
+        vehicles, payloads = zip(*parcels, strict=True)
+        commands = self._core.commands.flat(payloads)
+        if commands is None or not self._core.are_sound(commands, vehicles):
+            return None
+        cycle, newest = commands.cycle, self._newest[np.array(vehicles) - 1]
+        if not ((newest < cycle).all() and cycle < self._cycle):
+            return None
+        if not all(self._attendance.takes_part(vehicle, cycle) for vehicle in vehicles):
+            return None
+        return commands if are_timings(commands, len(self._vehicles), self._most_error_ns) else None
 
     def _take_in_links(self, links: pb.Links) -> str | None:
         """Keep a table until its cycle is logged; refuse one that repeats a sender."""
@@ -162,23 +198,24 @@ class RealtimeWorld:
             kept.append(table)
         return None
 
-    def _take_in_command(self, vehicle: int, came: Came) -> str | None:
-        """Keep a command until its cycle is logged; refuse one that arrives after a newer one."""
-        command, came_ns = came
-        if not self._newest[vehicle] < command.cycle < self._cycle:
-            return STALE
-        if not self._attendance.takes_part(vehicle, command.cycle):
-            return FOREIGN
-        self._newest[vehicle] = command.cycle
-        command.effective_ns = max(command.effective_ns, came_ns)
-        self._core.take_in([command])
-        self._acts_ns[vehicle] = command.effective_ns
-        if vehicle in self._silent:
-            self._silent.remove(vehicle)
-            self._note(pb.EVENT_SILENT_END, vehicle, came_ns)
-        if command.cycle >= self._oldest:
-            self._commands.setdefault(command.cycle, {})[vehicle] = came
-        return None
+    def _take_in_commands(self, commands: Commands, came_ns: int) -> None:
+        """Keep commands of one cycle, each newer than that of its vehicle before it."""
+        rows, cycle = commands.rows, commands.cycle
+        at = rows["vehicle"].astype(np.intp) - 1
+        self._newest[at] = cycle
+        rows["effective_ns"] = np.maximum(rows["effective_ns"], came_ns)
+        self._core.take_in(rows)
+        self._acts_ns[at] = rows["effective_ns"]
+        for index in at[self._silent[at]].tolist():
+            self._note(pb.EVENT_SILENT_END, index + 1, came_ns)
+        self._silent[at] = False
+        if cycle >= self._oldest:
+            arrived = self._arrived.setdefault(cycle, self._none_arrived())
+            arrived.commands.put(commands)
+            arrived.timings.put(commands, came_ns)
+
+    def _none_arrived(self) -> _Arrived:
+        return _Arrived(self._core.no_commands(), Timings(len(self._vehicles)))
 
     @property
     def _oldest(self) -> int:
@@ -197,13 +234,13 @@ class RealtimeWorld:
         self._release(start_ns)
         if cycle >= self._lag:
             self._ended = self._end(cycle - self._lag)
-        commands = self._ended.commands.values() if self._ended is not None else ()
+        commands = None if self._ended is None else self._ended.arrived.commands
         begun = self._core.begin(cycle, self._wall_start_ns)
         events, self._events = self._events, []
         return [
             *begun.messages,
             *begun.rows,
-            *self._core.events(cycle, [came.command for came in commands], begun.collided),
+            *self._core.events(cycle, commands, begun.collided),
             *(Envelope(EVENTS, 0, event.SerializeToString(), event.time_ns) for event in events),
         ]
 
@@ -214,13 +251,12 @@ class RealtimeWorld:
         """
         for vehicle in self._attendance.absences:
             if not self._attendance.takes_part(vehicle, until_ns // self._period_ns):
-                self._acts_ns[vehicle] = until_ns
-        for vehicle, acts_ns in self._acts_ns.items():
-            ends_ns = acts_ns + self._hold_ns
-            if ends_ns <= until_ns and vehicle not in self._silent:
-                self._silent.add(vehicle)
-                self._core.let_roll(vehicle, ends_ns)
-                self._note(pb.EVENT_SILENT, vehicle, ends_ns)
+                self._acts_ns[vehicle - 1] = until_ns
+        ends_ns = self._acts_ns + self._hold_ns
+        for index in np.flatnonzero((ends_ns <= until_ns) & ~self._silent).tolist():
+            self._core.let_roll(index + 1, int(ends_ns[index]))
+            self._note(pb.EVENT_SILENT, index + 1, int(ends_ns[index]))
+        self._silent |= ends_ns <= until_ns
 
     def _note(self, kind: pb.EventKind.ValueType, vehicle: int, time_ns: int) -> None:
         cycle = time_ns // self._period_ns
@@ -228,15 +264,16 @@ class RealtimeWorld:
 
     def _end(self, cycle: int) -> _EndedCycle:
         """Collect all messages about a cycle that is to be logged."""
-        receivers, decided = None, cycle + self._decided_later
+        decided = cycle + self._decided_later
+        receivers = None
         if decided < self._cycles:
-            receivers = [came.command for came in self._commands.get(decided, {}).values()]
+            receivers = self._arrived.get(decided, self._none_arrived()).timings
         return _EndedCycle(
             cycle=cycle,
             began_ns=self._began_ns.pop(cycle),
             tables=self._tables.pop(cycle, []),
-            commands=self._commands.pop(cycle, {}),
             receivers=receivers,
+            arrived=self._arrived.pop(cycle, self._none_arrived()),
         )
 
     def _rows_of(self, ended: _EndedCycle) -> list[Envelope]:
@@ -244,13 +281,11 @@ class RealtimeWorld:
         cycle, start_ns = ended.cycle, ended.cycle * self._period_ns
         there = self._attendance.there(cycle + self._decided_later)
         frames = frames_of(cycle, start_ns, ended.tables, ended.receivers, there)
-        commands = {vehicle: came.command for vehicle, came in ended.commands.items()}
         timing = realtime_row(
             cycle=cycle,
             time_ns=start_ns,
             began_ns=ended.began_ns,
             deadline_ns=start_ns + self._effect_ns,
-            vehicles=self._vehicles,
-            commands=ended.commands,
+            timings=ended.arrived.timings,
         )
-        return [*self._core.rows(cycle, frames, commands), timing]
+        return [*self._core.rows(cycle, frames, ended.arrived.commands), timing]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,37 +13,31 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.bus.frame_table import FRAMES_CODEC, FrameTable, frame_table
 from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import REALTIME
+from zenvoy.world.timings import Rows, Timings
 
 _REALTIME: Final = PackedCodec(pb.RealTime.DESCRIPTOR)
-_NO_TIMING: Final = pb.Timing(sensed_ns=-1, decided_ns=-1)
-
-
-class Came(NamedTuple):
-    """A command, and when it arrived (ns)."""
-
-    command: pb.Command
-    came_ns: int
+_MOST_IDS: Final = 2**62
 
 
 def frames_of(
     cycle: int,
     time_ns: int,
     tables: Sequence[FrameTable],
-    receivers: Sequence[pb.Command] | None,
+    receivers: Timings | None,
     there: Sequence[int],
 ) -> bytes:
     """Return the frames of a cycle as they are logged: a serialized pb.Frames.
 
     tables: those that arrived for the cycle, each with other senders. A single table stays as it
-    is; several are joined. receivers: the commands whose decisions should use the frames, as far as
-    they arrived; None if the run ends before. A frame that its receiver does not report there
-    missed that decision, and is logged as late. there: the vehicles that take part then; the
-    scenario lets the others miss it.
+    is; several are joined. receivers: the timing of the commands whose decisions should use the
+    frames, as far as they arrived; None if the run ends before. A frame that its receiver does not
+    report there missed that decision, and is logged as late. there: the vehicles that take part
+    then; the scenario lets the others miss it.
     """
     table = tables[0] if len(tables) == 1 else _joined(cycle, time_ns, tables)
     if receivers is None:
         return table.payload
-    missed = _missed(table.columns, receivers, there)
+    missed = _missed(table.columns, receivers.frames, there)
     if not len(missed):
         return table.payload
     outcome = table.columns["outcome"].copy()
@@ -67,23 +61,15 @@ def _joined(cycle: int, time_ns: int, tables: Sequence[FrameTable]) -> FrameTabl
 
 
 def _missed(
-    columns: Mapping[str, NDArray[Any]], receivers: Sequence[pb.Command], there: Sequence[int]
+    columns: Mapping[str, NDArray[Any]], reported: Rows, there: Sequence[int]
 ) -> NDArray[np.intp]:
     """Return the rows of frames that were delivered but that no receiver there reports."""
     delivered = columns["outcome"] == pb.OUTCOME_DELIVERED
     due = np.flatnonzero(delivered & np.isin(columns["destination"], there))
-    timings = [command.timing for command in receivers]
-    counts = np.array([len(timing.source) for timing in timings], dtype=np.int64)
-    reported = (
-        [source for timing in timings for source in timing.source],
-        np.repeat(np.array([one.vehicle for one in receivers], dtype=np.int64), counts),
-        [arrived_ns for timing in timings for arrived_ns in timing.arrived_ns],
-    )
-    names = ("source", "destination", "arrived_ns")
     ids = _ids(
         [
-            np.concatenate([columns[name][due].astype(np.int64), np.array(values, dtype=np.int64)])
-            for name, values in zip(names, reported, strict=True)
+            np.concatenate([columns[name][due].astype(np.int64), reported[name]])
+            for name in ("source", "destination", "arrived_ns")
         ]
     )
     return due[~np.isin(ids[: len(due)], ids[len(due) :])]
@@ -91,50 +77,37 @@ def _missed(
 
 def _ids(columns: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
     """Return a number for each row, equal for equal rows only."""
-    found = np.zeros(len(columns[0]), dtype=np.int64)
-    for column in columns:
-        values, at = np.unique(column, return_inverse=True)
-        found = found * len(values) + at  # below the product of three counts, far from 2**63
+    found, most = np.zeros(len(columns[0]), dtype=np.int64), 1
+    for column in columns if len(found) else ():
+        low = column.min()
+        at, values = column - low, int(column.max() - low) + 1
+        if most * values > _MOST_IDS:  # they are far apart: count only those that there are
+            distinct, at = np.unique(column, return_inverse=True)
+            values = len(distinct)
+        found, most = found * values + at, most * values
     return found
 
 
 def realtime_row(
-    *,
-    cycle: int,
-    time_ns: int,
-    began_ns: int,
-    deadline_ns: int,
-    vehicles: Sequence[int],
-    commands: Mapping[int, Came],
+    *, cycle: int, time_ns: int, began_ns: int, deadline_ns: int, timings: Timings
 ) -> Envelope:
-    """Return the row with the timing of a cycle.
-
-    commands: those that arrived, by vehicle; the times of other vehicles are -1.
-    """
-    came = [commands.get(vehicle) for vehicle in vehicles]
-    timings = [_NO_TIMING if one is None else _timing_of(one.command) for one in came]
-    frames = [len(timing.source) for timing in timings]
-    clocks: dict[str, list[int]] = {}
-    if any(timing.clock_error_ns > 0 for timing in timings):
-        errors = [-1 if one is _NO_TIMING else one.clock_error_ns for one in timings]
-        offsets = [timing.clock_offset_ns for timing in timings]
-        clocks = {"clock_offset_ns": offsets, "clock_error_ns": errors}
+    """Return the row with the timing of a cycle."""
+    times, frames = timings.times, timings.frames
+    clocks = {}
+    if (times["clock_error_ns"] > 0).any():
+        clocks = {name: times[name] for name in ("clock_offset_ns", "clock_error_ns")}
     payload = _REALTIME.encode(
         cycle=cycle,
         time_ns=time_ns,
         began_ns=began_ns,
-        sensed_ns=[timing.sensed_ns for timing in timings],
-        decided_ns=[timing.decided_ns for timing in timings],
-        commanded_ns=[-1 if one is None else one.came_ns for one in came],
+        sensed_ns=times["sensed_ns"],
+        decided_ns=times["decided_ns"],
+        commanded_ns=timings.commanded_ns,
         deadline_ns=deadline_ns,
-        source=[source for timing in timings for source in timing.source],
-        destination=np.repeat(vehicles, frames),
-        arrived_ns=[arrived_ns for timing in timings for arrived_ns in timing.arrived_ns],
-        came_ns=[came_ns for timing in timings for came_ns in timing.came_ns],
+        source=frames["source"],
+        destination=frames["destination"],
+        arrived_ns=frames["arrived_ns"],
+        came_ns=frames["came_ns"],
         **clocks,
     )
     return Envelope(REALTIME, 0, payload, time_ns)
-
-
-def _timing_of(command: pb.Command) -> pb.Timing:
-    return command.timing if command.HasField("timing") else _NO_TIMING

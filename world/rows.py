@@ -2,96 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import nan
+from collections.abc import Mapping
+from functools import cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
+from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, RADAR, TRUTH, Topic
+from zenvoy.world.commands import FleetCommands
 from zenvoy.world.sensors import Readings
 
 Floats = NDArray[np.float64]
 
-_OF_LINK: Final = tuple(field.name for field in pb.LinkEstimate.DESCRIPTOR.fields)
-
-_NO_LINK: Final = pb.LinkEstimate(
-    gap=nan,
-    speed=nan,
-    gap_std=nan,
-    speed_std=nan,
-    predicted_gap=nan,
-    predicted_speed=nan,
-    measured_ns=-1,
+_ESTIMATES: Final = tuple(
+    field.name
+    for field in pb.FleetEstimate.DESCRIPTOR.fields
+    if field.name not in {"cycle", "time_ns", "neighbours", "logged"}
 )
-_NO_COMMAND: Final = pb.Command(
-    effective_ns=-1,
-    acceleration=nan,
-    ahead=_NO_LINK,
-    behind=_NO_LINK,
-    speed=nan,
-    speed_std=nan,
-    predicted_speed=nan,
-    age_ns=-1,
-)
-"""What a row holds for a vehicle that sent no command: nothing known, nothing decided."""
 
 
 class Decided(NamedTuple):
-    """What the vehicles decided in a cycle, at `time_ns`.
-
-    commands: by vehicle; in real time some may be missing.
-    """
+    """What the vehicles decided in a cycle, at `time_ns`; in real time, commands may be missing."""
 
     cycle: int
     time_ns: int
-    vehicles: range
-    commands: Mapping[int, pb.Command]
-
-    @property
-    def in_order(self) -> list[pb.Command]:
-        """The commands of all vehicles, in order of vehicle."""
-        return [self.commands.get(vehicle, _NO_COMMAND) for vehicle in self.vehicles]
+    commands: FleetCommands
 
 
 def truth_row(
     cycle: int, time_ns: int, position: Floats, speed: Floats, acceleration: Floats
 ) -> Envelope:
     """Return the row of true positions (m), speeds (m/s) and mean accelerations (m/s²), (n,)."""
-    message = pb.FleetTruth(
-        cycle=cycle,
-        time_ns=time_ns,
-        position=position.tolist(),
-        speed=speed.tolist(),
-        acceleration=acceleration.tolist(),
-    )
-    return Envelope(TRUTH, 0, message.SerializeToString(), time_ns)
+    columns = {"position": position, "speed": speed, "acceleration": acceleration}
+    return row_of(TRUTH, cycle, time_ns, columns)
 
 
 def radar_row(cycle: int, time_ns: int, readings: Readings, acceleration: Floats) -> Envelope:
     """Return the row of the readings of the vehicles, (n,); acceleration: m/s²."""
-    message = pb.FleetRadar(
-        cycle=cycle,
-        time_ns=time_ns,
-        gap=readings.gap.tolist(),
-        relative_speed=readings.relative_speed.tolist(),
-        position=readings.position.tolist(),
-        speed=readings.speed.tolist(),
-        acceleration=acceleration.tolist(),
-    )
-    return Envelope(RADAR, 0, message.SerializeToString(), time_ns)
+    columns = {
+        "gap": readings.gap,
+        "relative_speed": readings.relative_speed,
+        "position": readings.position,
+        "speed": readings.speed,
+        "acceleration": acceleration,
+    }
+    return row_of(RADAR, cycle, time_ns, columns)
 
 
 def command_row(decided: Decided) -> Envelope:
     """Return the row of accelerations decided (m/s²) and the times at which they take effect."""
-    commands = decided.in_order
-    columns: dict[str, Iterable[float]] = {
-        "acceleration": [command.acceleration for command in commands],
-        "effective_ns": [command.effective_ns for command in commands],
-    }
+    rows = decided.commands.rows
+    columns = {name: rows[name] for name in ("acceleration", "effective_ns")}
     return row_of(FLEET_COMMAND, decided.cycle, decided.time_ns, columns)
 
 
@@ -101,32 +66,37 @@ def estimate_row(decided: Decided, with_neighbours: bool, columns: Mapping[int, 
     with_neighbours: whether to add the number of neighbours that counted. columns: how many values
     each law logs, by mode.
     """
-    commands = decided.in_order
-    values: dict[str, Iterable[float]] = {
-        name: [getattr(command, name) for command in commands]
-        for name in ("mode", "age_ns", "speed", "speed_std", "predicted_speed")
-    }
-    for side in ("ahead", "behind"):
-        links = [getattr(command, side) for command in commands]
-        values |= {f"{side}_{name}": [getattr(link, name) for link in links] for name in _OF_LINK}
-    if with_neighbours:
-        values["neighbours"] = [command.neighbours for command in commands]
-    values["logged"] = _logged(commands, columns)
+    rows = decided.commands.rows
+    names = (*_ESTIMATES, "neighbours") if with_neighbours else _ESTIMATES
+    values: dict[str, ArrayLike] = {name: rows[name] for name in names}
+    values["logged"] = _logged(decided.commands, columns)
     return row_of(ESTIMATE, decided.cycle, decided.time_ns, values)
 
 
 def row_of(
-    topic: Topic[Any], cycle: int, time_ns: int, columns: Mapping[str, Iterable[float]]
+    topic: Topic[Any], cycle: int, time_ns: int, columns: Mapping[str, ArrayLike]
 ) -> Envelope:
-    """Return the message of a topic with these columns, each with a value per vehicle."""
-    message = topic.message(cycle=cycle, time_ns=time_ns, **columns)
-    return Envelope(topic, 0, message.SerializeToString(), time_ns)
+    """Return the message of a topic with these columns, each with a value per vehicle.
+
+    Its bytes are those that protobuf writes: fields in order, without times that are 0.
+    """
+    codec = _codec_of(topic)
+    times = {"cycle": cycle, "time_ns": time_ns}
+    values: dict[str, ArrayLike] = {name: value for name, value in times.items() if value}
+    values |= {name: columns[name] for name in codec.fields() if name in columns}
+    return Envelope(topic, 0, codec.encode(**values), time_ns)
 
 
-def _logged(commands: Sequence[pb.Command], columns: Mapping[int, int]) -> Iterator[float]:
-    """Yield the values of laws column by column, one per vehicle; NaN under another law."""
-    for mode, count in columns.items():
-        for index in range(count):
-            for command in commands:
-                has = command.mode == mode and index < len(command.logged)
-                yield command.logged[index] if has else nan
+@cache
+def _codec_of(topic: Topic[Any]) -> PackedCodec:
+    return PackedCodec(topic.message.DESCRIPTOR)
+
+
+def _logged(commands: FleetCommands, columns: Mapping[int, int]) -> Floats:
+    """Return the values of laws column by column, one per vehicle; NaN under another law."""
+    mode = commands.rows["mode"]
+    found = [np.zeros(0)]
+    for its_mode, count in columns.items():
+        values = commands.logged[:, :count].T
+        found += list(np.where(mode == its_mode, values, np.nan))
+    return np.concatenate(found)

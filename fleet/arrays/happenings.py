@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 
@@ -13,9 +12,8 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.rows import Ints
 from zenvoy.world.chronicle import Chronicle
+from zenvoy.world.fallbacks import Fallbacks, fallback
 from zenvoy.world.lock_step import lookahead
-
-_FALLS_BACK: Final = pb.MODE_FALLBACK_FM
 
 
 class Happenings:
@@ -30,8 +28,9 @@ class Happenings:
         self._size = scenario.fleet.size
         self._stops = scenario.on_collision == "stop"
         self._going = {run: Chronicle(scenario) for run in range(runs)}
-        self._fallen_back = np.zeros(runs * self._size, dtype=np.bool_)
-        self._past: deque[dict[int, list[pb.Command]]] = deque()
+        self._members = np.arange(runs * self._size)
+        self._fallbacks = Fallbacks(runs * self._size)
+        self._past: deque[dict[int, list[pb.Event]]] = deque()
         self.stopped: dict[int, int] = {}
         """The time of the collision that has ended a run, ns, by run."""
 
@@ -42,13 +41,10 @@ class Happenings:
 
     def decide(self, mode: Ints, decided_ns: int) -> None:
         """Record the modes of a cycle's decisions, (runs · n,); a later step logs their changes."""
-        falls = mode == _FALLS_BACK
-        news: dict[int, list[pb.Command]] = defaultdict(list)
-        for member in np.flatnonzero(falls != self._fallen_back).tolist():
+        news: dict[int, list[pb.Event]] = defaultdict(list)
+        for member, falls in self._fallbacks.changes(self._members, mode):
             run, index = divmod(member, self._size)
-            now = pb.Mode.ValueType(int(mode[member]))
-            news[run].append(pb.Command(vehicle=index + 1, mode=now, time_ns=decided_ns))
-        self._fallen_back = falls
+            news[run].append(fallback(index + 1, falls, decided_ns))
         self._past.append(news)
 
     def step(

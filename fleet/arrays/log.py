@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 
+import numpy as np
+
 from zenvoy.bus.agent import Envelope, Log
 from zenvoy.bus.topics import ESTIMATE, FLEET_COMMAND, FRAMES
 from zenvoy.channel.agent import frame_table
@@ -85,14 +87,14 @@ class RunLog:
         assert decisions is not None
         time_ns = cycle.number * scenario.period_ns
         decided_ns = time_ns + scenario.v2v_wait_ns
-        columns = {name: column(cycle)[part].tolist() for name, column in self._estimates.items()}
-        columns["logged"] = [
-            value for column in self._logged for value in column(cycle)[part].tolist()
-        ]
+        columns = {name: column(cycle)[part] for name, column in self._estimates.items()}
+        columns["logged"] = np.concatenate(
+            [np.zeros(0), *(column(cycle)[part] for column in self._logged)]
+        )
         effective_ns = decided_ns + scenario.system_delay_ns
         commands = {
-            "acceleration": decisions.acceleration[part].tolist(),
-            "effective_ns": [effective_ns] * self._size,
+            "acceleration": decisions.acceleration[part],
+            "effective_ns": np.full(self._size, effective_ns),
         }
         self._happenings.decide(decisions.mode[part], decided_ns)
         return [

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenvoy.bus import messages_pb2 as pb
+from tests.commanding import give
 from zenvoy.scenarios import (
     Brake,
     Control,
@@ -38,10 +38,6 @@ def fleet_with(*events: Brake | Sine | Trace, speed_mps: float = 30.0) -> Fleet:
     )
 
 
-def command(vehicle: int, effective_ns: int, a: float) -> pb.Command:
-    return pb.Command(vehicle=vehicle, effective_ns=effective_ns, acceleration=a)
-
-
 def brake(vehicle: int, at_s: float, duration_s: float, deceleration_mps2: float) -> Brake:
     return Brake(
         vehicle=vehicle, at_s=at_s, duration_s=duration_s, deceleration_mps2=deceleration_mps2
@@ -61,7 +57,7 @@ def test_the_speed_follows_a_sine_at_every_start_of_a_cycle() -> None:
     start_m = fleet.position[0]
     points = []
     for k in range(1, 301):
-        fleet.command([command(1, k * T_NS - 30 * MS_NS, (-1.0) ** k)])  # not obeyed in the sine
+        give(fleet, [(1, k * T_NS - 30 * MS_NS, (-1.0) ** k)])  # not obeyed in the sine
         fleet.advance_to(k * T_NS)
         t = k * 0.1 - 1.0
         if 0.0 <= t <= 20.0:
@@ -140,7 +136,7 @@ def test_any_trace_is_followed_from_point_to_point(
     fleet = fleet_with(trace, speed_mps=speeds[0])
     start_m = fleet.position[0]
     late = [(at, a) for at, a in commands if at >= at_ms]  # so it begins at its first point's speed
-    fleet.command([command(1, ms * MS_NS, a) for ms, a in late])
+    give(fleet, [(1, ms * MS_NS, a) for ms, a in late])
     times_s = (np.array(times_ms) + at_ms) / 1e3
     for k in range(1, (at_ms + times_ms[-1]) // 100 + 1):
         fleet.advance_to(k * T_NS)
@@ -162,7 +158,7 @@ def test_errors_do_not_add_up_over_many_points() -> None:
 
 def test_a_trace_begins_at_its_first_time_and_ends_at_its_last() -> None:
     fleet = fleet_with(Trace(vehicle=1, at_s=1.0, points=((0.5, 30.0), (1.5, 31.0))))
-    fleet.command([command(1, 0, 2.0)])
+    give(fleet, [(1, 0, 2.0)])
     fleet.advance_to(1_500 * MS_NS)
     assert fleet.speed[0] == pytest.approx(33.0, abs=1e-12)
     assert fleet.acceleration[0] == pytest.approx(-2.0, abs=1e-9)  # from 33 to 31 m/s within 1 s

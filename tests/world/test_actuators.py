@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from zenvoy.bus import messages_pb2 as pb
+from tests.commanding import give
 from zenvoy.scenarios import Brake, Control, Group, Road, Scenario, Vehicle
 from zenvoy.scenarios import Fleet as FleetSettings
 from zenvoy.world.actuators import Actuators
@@ -104,7 +104,7 @@ def fleet(*groups: Group, lag_s: float | None = None, brakes: tuple[Brake, ...] 
 
 
 def command_all(moved: Fleet, a: float) -> None:
-    moved.command(pb.Command(vehicle=v, effective_ns=0, acceleration=a) for v in (1, 2, 3))
+    give(moved, ((v, 0, a) for v in (1, 2, 3)))
 
 
 def test_each_vehicle_has_its_own_lag_and_limits() -> None:

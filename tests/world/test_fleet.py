@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from zenvoy.bus import messages_pb2 as pb
+from tests.commanding import give
 from zenvoy.scenarios import Brake, Control, Road, Scenario
 from zenvoy.scenarios import Fleet as FleetSettings
 from zenvoy.world.fleet import Fleet
@@ -33,10 +33,6 @@ def scenario(
         control=Control(model="FM"),
         events=brakes,
     )
-
-
-def command(vehicle: int, effective_ns: int, a: float) -> pb.Command:
-    return pb.Command(vehicle=vehicle, effective_ns=effective_ns, acceleration=a)
 
 
 def brake(vehicle: int, at_s: float, duration_s: float, deceleration_mps2: float) -> Brake:
@@ -92,7 +88,7 @@ def test_agrees_with_the_closed_form(
     )
     commanded = sorted(commanded, key=lambda entry: entry[1])
     start = fleet.position.tolist()
-    fleet.command([command(i, at * MS_NS, a) for i, at, a in commanded])
+    give(fleet, [(i, at * MS_NS, a) for i, at, a in commanded])
     for cycle in range(1, 24):
         assert fleet.advance_to(cycle * T_NS) == []
         assert (fleet.speed >= 0.0).all()
@@ -111,7 +107,7 @@ def test_agrees_with_the_closed_form(
 
 def test_sensed_acceleration_is_the_mean_over_the_cycle() -> None:
     fleet = Fleet(scenario())
-    fleet.command([command(1, 25 * MS_NS, 2.0)])
+    give(fleet, [(1, 25 * MS_NS, 2.0)])
     fleet.advance_to(T_NS)
     assert fleet.mean_acceleration.tolist() == pytest.approx([1.5, 0.0, 0.0], abs=1e-12)
     fleet.advance_to(2 * T_NS)
@@ -121,7 +117,7 @@ def test_sensed_acceleration_is_the_mean_over_the_cycle() -> None:
 def test_a_command_takes_effect_at_its_time_or_at_once_if_that_has_passed() -> None:
     fleet = Fleet(scenario())
     fleet.advance_to(T_NS)
-    fleet.command([command(1, 50 * MS_NS, 1.0), command(2, T_NS, 2.0), command(3, 2 * T_NS, 3.0)])
+    give(fleet, [(1, 50 * MS_NS, 1.0), (2, T_NS, 2.0), (3, 2 * T_NS, 3.0)])
     fleet.advance_to(2 * T_NS)
     assert fleet.speed.tolist() == pytest.approx([10.1, 10.2, 10.0], abs=1e-12)
     assert fleet.acceleration.tolist() == [1.0, 2.0, 3.0]
@@ -131,7 +127,7 @@ def test_a_command_takes_effect_at_its_time_or_at_once_if_that_has_passed() -> N
 
 def test_commands_are_limited_and_brakes_are_not() -> None:
     fleet = Fleet(scenario(brakes=(brake(2, 0.0, 1.0, 8.0), brake(2, 0.0, 2.0, 4.0))))
-    fleet.command([command(i, 0, 50.0) for i in (1, 2, 3)])
+    give(fleet, [(i, 0, 50.0) for i in (1, 2, 3)])
     fleet.advance_to(1)
     assert fleet.acceleration.tolist() == [3.0, -8.0, 3.0]  # the hardest brake counts
     fleet.advance_to(S_NS)
@@ -153,7 +149,7 @@ def test_no_command_breaks_the_order_on_the_ring(
     fleet = Fleet(scenario(size=5, gap_m=6.0, speed_mps=3.0, ring=ring))
     for k, accelerations in enumerate(cycles):
         at_ns = k * T_NS + offset_ms * MS_NS
-        fleet.command([command(i + 1, at_ns, a) for i, a in enumerate(accelerations)])
+        give(fleet, [(i + 1, at_ns, a) for i, a in enumerate(accelerations)])
         before = fleet.position
         collided = [index for _, index in fleet.advance_to((k + 1) * T_NS)]
         gaps = fleet.road.gaps(fleet.position)
@@ -189,16 +185,16 @@ def test_a_collision_is_reported_at_any_speed(closing_mps: float) -> None:
 
 def test_each_contact_is_reported_once() -> None:
     fleet, reported = approach(4.0)
-    push = [command(2, fleet.time_ns, 3.0)]
-    fleet.command(push)
+    push = [(2, fleet.time_ns, 3.0)]
+    give(fleet, push)
     for _ in range(10):  # it pushes on: the same contact
         reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
     assert reported == [1]
     assert fleet.position[1] == pytest.approx(11.0, abs=1e-8)
-    fleet.command([command(1, fleet.time_ns, 3.0), command(2, fleet.time_ns, 0.0)])
+    give(fleet, [(1, fleet.time_ns, 3.0), (2, fleet.time_ns, 0.0)])
     for _ in range(10):  # the one ahead drives off
         reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
-    fleet.command([command(1, fleet.time_ns, -3.0), command(2, fleet.time_ns, 3.0)])
+    give(fleet, [(1, fleet.time_ns, -3.0), (2, fleet.time_ns, 3.0)])
     for _ in range(50):
         reported += [index for _, index in fleet.advance_to(fleet.time_ns + T_NS)]
     assert reported == [1, 1]

@@ -8,9 +8,12 @@ from hypothesis import strategies as st
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.frame_table import FRAME_COLUMNS, FRAMES_CODEC, frame_table
+from zenvoy.world.commands import CommandReader
 from zenvoy.world.realtime_rows import frames_of
+from zenvoy.world.timings import Timings
 
 SIZE = 4
+READER = CommandReader(0)
 FRAME = st.tuples(
     st.integers(1, SIZE),  # source
     st.integers(1, SIZE),  # destination
@@ -38,11 +41,15 @@ def test_delivered_frames_without_a_report_are_late(
         "outcome": outcome,
     }
     payload = FRAMES_CODEC.encode(cycle=1, time_ns=0, **columns)
-    commands = [pb.Command(vehicle=vehicle) for vehicle in range(1, SIZE + 1)]
-    for sender, receiver, at_ns in reports:
-        commands[receiver - 1].timing.source.append(sender)
-        commands[receiver - 1].timing.arrived_ns.append(at_ns)
-    logged = pb.Frames.FromString(frames_of(1, 0, [frame_table(payload)], commands, sorted(there)))
+    timings = Timings(SIZE)
+    for vehicle in range(1, SIZE + 1):
+        command = pb.Command(vehicle=vehicle)
+        own = [(sender, at_ns) for sender, receiver, at_ns in reports if receiver == vehicle]
+        command.timing.source.extend(sender for sender, _ in own)
+        command.timing.arrived_ns.extend(at_ns for _, at_ns in own)
+        command.timing.came_ns.extend(at_ns for _, at_ns in own)
+        timings.put(READER.each([command.SerializeToString()]), 0)
+    logged = pb.Frames.FromString(frames_of(1, 0, [frame_table(payload)], timings, sorted(there)))
     expected = [
         pb.OUTCOME_LATE
         if kind == pb.OUTCOME_DELIVERED and to in there and (by, to, at_ns) not in set(reports)

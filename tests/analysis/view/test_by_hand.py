@@ -71,7 +71,7 @@ def test_a_brake_by_hand_brakes_and_is_an_event(tmp_path: Path) -> None:
         begun = world.begin(cycle)
         truth = next(row for row in begun.rows if row.topic.message is pb.FleetTruth)
         speeds[cycle] = pb.FleetTruth.FromString(truth.payload).speed
-        for envelope in world.events(cycle, [], begun.collided):
+        for envelope in world.events(cycle, None, begun.collided):
             assert envelope.topic is EVENTS
             events.append(pb.Event.FromString(envelope.payload))
     assert [(event.kind, event.vehicle, event.time_ns, event.text) for event in events] == [
@@ -88,7 +88,7 @@ def test_a_loss_by_hand_is_an_event_and_reaches_the_channel(tmp_path: Path) -> N
     world.lose(0.25, 100_000_000)
     begun = world.begin(1)
     (event,) = [
-        pb.Event.FromString(envelope.payload) for envelope in world.events(1, [], begun.collided)
+        pb.Event.FromString(envelope.payload) for envelope in world.events(1, None, begun.collided)
     ]
     assert (event.kind, event.vehicle, event.time_ns) == (pb.EVENT_LOSS, 0, 100_000_000)
     assert event.text == "25 % of all frames besides, by hand"

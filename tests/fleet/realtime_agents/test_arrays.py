@@ -71,9 +71,11 @@ def test_they_equal_single_vehicles_whatever_is_late(text: str, seed: int, most_
     of_run = of_text(text)
 
     def late(envelope: Envelope, now_ns: int) -> int:
-        """Delay what goes to one process at one time by the same time, as one message is."""
-        reader = "" if envelope.topic.reader == "vehicle" else envelope.vehicle
-        digest = hashlib.sha256(f"{seed} {envelope.topic.name} {reader} {now_ns}".encode()).digest()
+        """Delay what goes to one process at one time by the same time, as one message is.
+
+        The commands of arrays are one message, which the world reads as one.
+        """
+        digest = hashlib.sha256(f"{seed} {envelope.topic.name} {now_ns}".encode()).digest()
         return int.from_bytes(digest[:4], "little") % (most_ms * MS)
 
     every = of_run.fleet.size
@@ -81,6 +83,7 @@ def test_they_equal_single_vehicles_whatever_is_late(text: str, seed: int, most_
         shared(of_run, kind, every, late) for kind in (RealtimeArrayVehicles, RealtimeVehicles)
     )
     assert arrays.logged == single.logged
+    assert arrays.together > 0 == single.together
 
 
 def test_a_process_that_was_stopped_goes_on_with_the_newest_senses(tmp_path: Path) -> None:

@@ -1,0 +1,117 @@
+"""Columns of flat messages hold what protobuf reads, and any other message is left to protobuf."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.flat_reading import FlatReader
+from zenvoy.bus.topics import COMMAND
+
+LONGS: Final = st.integers(-(2**63), 2**63 - 1)
+FRAMES: Final = st.lists(st.tuples(st.integers(1, 40), LONGS, LONGS), max_size=3)
+
+
+@st.composite
+def commands(draw: st.DrawFn) -> pb.Command:
+    """Draw a command with any of its fields."""
+    command = pb.Command(
+        cycle=draw(st.integers(0, 2**32 - 1)),
+        time_ns=draw(LONGS),
+        vehicle=draw(st.integers(0, 40)),
+        acceleration=draw(st.floats()),
+        logged=draw(st.lists(st.floats(), max_size=3)),
+    )
+    command.mode = draw(st.sampled_from([pb.MODE_UNSPECIFIED, pb.MODE_PBCM, pb.MODE_OWN]))
+    if draw(st.booleans()):
+        command.behind.gap = draw(st.floats(min_value=1.0))
+    if draw(st.booleans()):
+        command.timing.sensed_ns = draw(st.integers(1, 9))
+        frames = draw(FRAMES)
+        command.timing.source.extend(source for source, _, _ in frames)
+        command.timing.came_ns.extend(came_ns for _, _, came_ns in frames)
+    return command
+
+
+def values(message: Any, prefix: str = "") -> dict[str, list[Any]]:
+    """Return the fields that a message has, as lists, with the names that columns have."""
+    found: dict[str, list[Any]] = {}
+    for field, value in message.ListFields():
+        name = prefix + field.name
+        if field.message_type is not None:
+            found |= values(value, f"{name}_")
+        else:
+            found[name] = list(value) if field.is_repeated else [value]
+    return found
+
+
+@given(st.lists(commands(), min_size=1, max_size=6))
+@example([pb.Command(vehicle=3, ahead=pb.LinkEstimate())])  # a nested message without numbers
+def test_columns_hold_what_protobuf_reads(given_messages: list[pb.Command]) -> None:
+    payloads = [one.SerializeToString() for one in given_messages]
+    found = FlatReader(pb.Command.DESCRIPTOR).read(payloads)
+    has_empty = any(
+        one.HasField(name) and not getattr(one, name).ByteSize()
+        for one in given_messages
+        for name in ("ahead", "behind", "timing")
+    )
+    if has_empty or not all(payloads):
+        assert found is None
+        return
+    assert found is not None
+    assert sorted(at for group in found for at in group.at.tolist()) == [*range(len(payloads))]
+    for group in found:
+        for at, fields in zip(group.at.tolist(), group.fields, strict=True):
+            expected = values(given_messages[at])
+            assert set(expected) == set(fields.dtype.names)
+            for name, numbers in expected.items():
+                np.testing.assert_array_equal(np.ravel(fields[name]), numbers)
+
+
+@given(commands(), st.data())
+def test_a_damaged_message_is_read_as_protobuf_reads_it_or_not_at_all(
+    command: pb.Command, data: st.DataObject
+) -> None:
+    payload = command.SerializeToString()
+    at, end = sorted(data.draw(st.integers(0, len(payload))) for _ in range(2))
+    payload = payload[:at] + data.draw(st.binary(max_size=end - at + 2)) + payload[end:]
+    found = FlatReader(pb.Command.DESCRIPTOR).read([payload])
+    if found is None:
+        return
+    ((_, (fields,)),) = found
+    expected = values(COMMAND.decode(payload))
+    for name in fields.dtype.names:
+        zeros = [0] * fields[name].size
+        np.testing.assert_array_equal(np.ravel(fields[name]), expected.get(name, zeros))
+    assert set(expected) <= set(fields.dtype.names)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        pb.Command(mode=pb.MODE_OWN).SerializeToString() * 2,  # a field that comes twice
+        pb.Command(cycle=1).SerializeToString() + b"\x80\x01\x00",  # an unknown field
+        b"\x30\xff\x01",  # an enum of two bytes
+        b"\x0d\x01\x00",  # cut
+        b"\x72\x05\x1a\x00",  # a nested message that is cut
+        b"\x0d" + b"\x80" * 20,
+        b"",
+    ],
+)
+def test_messages_that_are_not_flat_are_left_to_protobuf(payload: bytes) -> None:
+    assert FlatReader(pb.Command.DESCRIPTOR).read([payload]) is None
+
+
+def test_messages_of_one_size_may_have_several_forms() -> None:
+    first, second = pb.Command(time_ns=1), pb.Command(effective_ns=2)
+    payloads = [one.SerializeToString() for one in (first, second, first)]
+    found = FlatReader(pb.Command.DESCRIPTOR).read(payloads)
+    assert found is not None
+    assert [group.at.tolist() for group in found] == [[0, 2], [1]]
+    assert found[0].fields["time_ns"].tolist() == [1, 1]
+    assert found[1].fields["effective_ns"].tolist() == [2]
