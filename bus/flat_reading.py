@@ -22,6 +22,7 @@ _MOST_FORMS: Final = 1_000  # that are kept; a fleet has dozens
 _WIDTHS: Final = {0: 1, 1: 8, 5: 4}  # bytes by wire type; a varint is an enum below 128
 _LENGTH_DELIMITED: Final = 2
 _LARGEST_ENUM: Final = 0x7F
+_CODES: Final = CODES | {FieldDescriptor.TYPE_BOOL: ("B", 0)}
 
 
 class Alike(NamedTuple):
@@ -32,7 +33,7 @@ class Alike(NamedTuple):
 
 
 class FlatReader:
-    """Reads messages of one type: numbers of fixed width, enums below 128, columns, and messages.
+    """Reads messages of numbers of fixed width, booleans, enums below 128, columns and messages.
 
     It reads what protobuf reads, but no message that it would have to put together: one with an
     unknown field, a field that comes twice, or a larger enum.
@@ -121,7 +122,7 @@ def _pieces(descriptor: Descriptor, payload: bytes) -> Iterator[Piece]:
             assert field.message_type is not None
             within.append((field.message_type, f"{name}_", at + size))
             continue
-        code, wire = CODES.get(field.type, ("", -1))
+        code, wire = _CODES.get(field.type, ("", -1))
         if field.is_repeated:
             many, rest = divmod(size, _WIDTHS.get(wire, 1))
             if key & 7 != _LENGTH_DELIMITED or wire <= 0 or rest or not many:

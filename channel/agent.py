@@ -14,6 +14,7 @@ from zenvoy.bus.flat import FlatEncoder
 from zenvoy.bus.packed import PackedCodec, encode_bytes
 from zenvoy.bus.topics import LINKS, POSITIONS, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
+from zenvoy.channel.beacons import BeaconReader
 from zenvoy.channel.delivery import Air
 from zenvoy.channel.faulty_transmitters import FaultyTransmitters
 from zenvoy.channel.sent import Sent
@@ -40,6 +41,8 @@ class Channel:
         self._transmitters = FaultyTransmitters(scenario)
         self._transmission = Transmission(scenario)
         self.air = Air(self._size, shared)
+        self.beacons: Final = BeaconReader(scenario.period_ns)
+        """Reads the beacons of shared processes."""
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:
         """Return why a message is refused, or None.
@@ -63,13 +66,13 @@ class Channel:
         beacons: those of one cycle that have arrived, by vehicle. A vehicle whose beacon is
         missing, or says that it is silent, sends nothing.
         """
-        speaking = {vehicle: sent for vehicle, sent in beacons.items() if not sent.beacon.silent}
+        speaking = {vehicle: sent for vehicle, sent in beacons.items() if not sent.silent}
         on_air = self._transmitters.sent(speaking, positions.time_ns)
         senders = [vehicle - 1 for vehicle in on_air]
         speaks = np.zeros(self._size, dtype=np.bool_)
         speaks[senders] = True
         sequence = np.zeros(self._size, dtype=np.int64)
-        sequence[senders] = [sent.beacon.sequence for sent in on_air.values()]
+        sequence[senders] = [sent.sequence for sent in on_air.values()]
         position = np.array(positions.position)
         scene = Scene(positions.cycle, positions.time_ns, position, self._ring_length_m)
         transmitted = self._transmission.of(speaks, sequence, scene, positions.loss_by_hand)

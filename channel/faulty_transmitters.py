@@ -88,10 +88,10 @@ class _Repeating:
             return sent
         if not self._new_times:
             return sent._replace(payload=self._newest.payload)
-        return sent._replace(payload=_renewed(self._newest.payload, sent.beacon))
+        return sent._replace(payload=_renewed(self._newest.payload, sent))
 
 
-def _renewed(old: bytes, now: pb.Beacon) -> bytes:
+def _renewed(old: bytes, now: Sent) -> bytes:
     """Return an old beacon as if it were of now: its plan begins as much later as the beacon."""
     beacon = pb.Beacon.FromString(old)
     later_ns = now.time_ns - beacon.time_ns

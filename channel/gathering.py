@@ -60,12 +60,16 @@ class Gathering:
 
     def add(self, cycle: int, vehicle: int, beacon: Sent, came_ns: int) -> bool:
         """Keep a beacon; return False if its vehicle has sent one of the same or a later cycle."""
-        if cycle <= self._newest[vehicle]:
+        if not self.are_new(cycle, (vehicle,)):
             return False
         self._newest[vehicle] = cycle
         waiting = self._waiting.setdefault(cycle, _Waiting(since_ns=came_ns))
         waiting.beacons[vehicle] = beacon
         return True
+
+    def are_new(self, cycle: int, vehicles: Iterable[int]) -> bool:
+        """Return whether no vehicle has sent a beacon of that cycle or a later one."""
+        return all(cycle > self._newest[vehicle] for vehicle in vehicles)
 
     def transmits_ns(self, cycle: int) -> int:
         """Return the latest time at which the waiting beacons of a cycle go on the air, ns."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Barrier, Envelope, Inbox
+from zenvoy.bus.agent import Barrier, Envelope, Inbox, Reader
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.agent import Channel
+from zenvoy.channel.beacons import Beacons
 from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario, attendance
 
@@ -35,6 +37,7 @@ class LockStepChannel:
         self._attendance = attendance(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
+        self.readers: Mapping[Topic[Any], Reader] = {BEACON: self._together}
 
     @property
     def barrier(self) -> Barrier | None:
@@ -55,6 +58,13 @@ class LockStepChannel:
             return FOREIGN
         return self._core.fault_in(topic, vehicle, message)
 
+    def _together(self, parcels: Sequence[Parcel]) -> Beacons | None:
+        """Return the beacons of the vehicles of a shared process; None if any is in doubt."""
+        beacons, takes_part = self._core.beacons.together(parcels), self._attendance.takes_part
+        if beacons is None or not all(takes_part(one, beacons.cycle) for one in beacons.sent):
+            return None
+        return beacons
+
     def step(self, now_ns: int, inbox: Inbox) -> list[Envelope]:
         """Transmit the frames of the cycle, and deliver those that are due."""
         links = [_with(inbox.late, self._transmit(inbox))] if self._cycle >= 0 else []
@@ -67,8 +77,10 @@ class LockStepChannel:
 
     def _transmit(self, inbox: Inbox) -> Envelope:
         there = self._attendance.there(self._cycle)
-        mail = zip(there, inbox.with_payloads(BEACON), strict=True)
-        beacons = {vehicle: Sent(*beacon) for vehicle, beacon in mail}
+        beacons = {
+            vehicle: one.sent[vehicle] if isinstance(one, Beacons) else Sent.of(one, payload)
+            for vehicle, (one, payload) in zip(there, inbox.with_payloads(BEACON), strict=True)
+        }
         return self._core.transmit(inbox.one(POSITIONS), beacons)
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope
+from zenvoy.bus.agent import Envelope, Reader
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import STALE
-from zenvoy.bus.topics import POSITIONS, Topic
+from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 from zenvoy.bus.vehicle_processes import VehicleProcess
 from zenvoy.channel.agent import Channel
+from zenvoy.channel.beacons import Beacons
 from zenvoy.channel.gathering import Gathering
 from zenvoy.channel.sent import Sent
 from zenvoy.scenarios import Scenario
@@ -42,6 +44,7 @@ class RealtimeChannel:
         self._window_ns = round(_WINDOW_NS * scenario.speed)
         self._positions: dict[int, pb.Positions] = {}  # by cycle, the newest ones
         self._batch: tuple[int, list[Envelope]] | None = None  # the next delivery, and its time
+        self.readers: Mapping[Topic[Any], Reader] = {BEACON: self._together}
 
     @property
     def due_ns(self) -> int | None:
@@ -72,13 +75,25 @@ class RealtimeChannel:
                 del self._positions[old]
             self._gathering.forget(cycle - _KEPT)
             return None
-        beacon = Sent(post.message, post.payload)
         # Beacons may arrive before the positions of their cycle, but not before those of the
         # cycle before.
-        is_new = cycle <= newest + 1 and self._gathering.add(
-            cycle, post.vehicle, beacon, post.came_ns
-        )
-        return None if is_new else STALE
+        if cycle > newest + 1:
+            return STALE
+        if isinstance(post.message, Beacons):
+            sent = post.message.sent
+        else:
+            sent = {post.vehicle: Sent.of(post.message, post.payload)}
+        are_new = [
+            self._gathering.add(cycle, vehicle, beacon, post.came_ns)
+            for vehicle, beacon in sent.items()
+        ]
+        return None if all(are_new) else STALE
+
+    def _together(self, parcels: Sequence[Parcel]) -> Beacons | None:
+        """Return the beacons of the vehicles of a shared process; None if any is in doubt."""
+        beacons = self._core.beacons.together(parcels)
+        is_new = beacons is not None and self._gathering.are_new(beacons.cycle, beacons.sent)
+        return beacons if is_new else None
 
     def act(self, now_ns: int) -> list[Envelope]:
         """Do the first of these that is due: deliver a batch, transmit a cycle, prepare a batch.

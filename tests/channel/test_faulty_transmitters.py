@@ -34,10 +34,10 @@ def on_air(*faults: dict[str, Any]) -> dict[int, dict[int, pb.Beacon]]:
     transmitters = FaultyTransmitters(scenario_with(faults))
     found: dict[int, dict[int, pb.Beacon]] = {}
     for cycle in range(10):
-        sent = {v: Sent(b, b.SerializeToString()) for v in (1, 2) for b in [beacon(v, cycle)]}
+        sent = {v: Sent.of(b, b.SerializeToString()) for v in (1, 2) for b in [beacon(v, cycle)]}
         air = transmitters.sent(sent, cycle * PERIOD_NS)
         found[cycle] = {v: pb.Beacon.FromString(one.payload) for v, one in air.items()}
-        assert all(one.beacon.sequence == cycle for one in air.values())  # fates stay their own
+        assert all(one.sequence == cycle for one in air.values())  # fates stay their own
     return found
 
 
