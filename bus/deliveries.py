@@ -27,7 +27,7 @@ _SOURCE: Final = tag(pb.Receive.SOURCE_FIELD_NUMBER, 2)
 _ARRIVED: Final = tag(pb.Receive.ARRIVED_NS_FIELD_NUMBER, 2)
 _BEACON: Final = pb.Receive.BEACON_FIELD_NUMBER
 _RECEIVED: Final = pb.Delivery.RECEIVED_FIELD_NUMBER
-_OF_DELIVERY: Final = pb.Delivery.BEACON_FIELD_NUMBER
+_BEACON_OF_DELIVERY: Final = tag(pb.Delivery.BEACON_FIELD_NUMBER, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,8 +58,11 @@ class Delivery:
             beacon=self.beacon,
             source=self.source,
         )
-        each = (encode_bytes(_OF_DELIVERY, one) for one in self.beacons)
-        return b"".join((encode_bytes(_RECEIVED, received), *each))
+        # One join of all pieces: to encode each beacon by itself copies it once more.
+        pieces = [encode_bytes(_RECEIVED, received)]
+        for beacon in self.beacons:
+            pieces += (_BEACON_OF_DELIVERY, varint(len(beacon)), beacon)
+        return b"".join(pieces)
 
     def of(self, receivers: Ints) -> Delivery:
         """Return the part for some receivers, by index, with the beacons that they hear."""

@@ -73,7 +73,7 @@ class FlatReader:
         table = self._tables.get(len(payload))
         if table is not None and table.fits(payload).all():
             return table
-        pieces = form_of(self._descriptor, payload)
+        pieces = _form_of(self._descriptor, payload)
         if pieces is None:
             return None
         if len(self._tables) >= _MOST_FORMS:
@@ -82,7 +82,7 @@ class FlatReader:
         return table
 
 
-def form_of(descriptor: Descriptor, payload: bytes) -> list[Piece] | None:
+def _form_of(descriptor: Descriptor, payload: bytes) -> list[Piece] | None:
     """Return the parts of a message, in order; None if it is not flat, or not whole."""
     try:
         pieces = list(_pieces(descriptor, payload))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from zenvoy.bus.topics import RECEIVE
 from zenvoy.bus.vehicle_processes import VehicleProcess
 
 Ints = NDArray[np.int64]
+
+_LARGEST_KEY: Final = 2**62
 
 
 class Air:
@@ -31,10 +34,10 @@ class Air:
         self._beacons = np.zeros(0, dtype=np.object_)
         self._senders = np.zeros(0, dtype=np.int64)
         self._first_number = 0
-        # A row per frame and receiver: number and source of the frame, destination, arrival (ns).
-        self._number, self._source, self._destination, self._arrived_ns = (
-            np.zeros(0, dtype=np.int64) for _ in range(4)
-        )
+        # A row per frame and receiver, by arrival (ns), then number of the frame.
+        self._number, self._arrived_ns = np.zeros((2, 0), dtype=np.int64)
+        # In few bytes, because numpy sorts those four times as fast.
+        self._destination = np.zeros(0, dtype=np.min_scalar_type(size))
 
     def send(
         self, payloads: Mapping[int, bytes], source: Ints, destination: Ints, arrived_ns: Ints
@@ -53,11 +56,12 @@ class Air:
         comes = arrived_ns >= 0
         numbers = np.zeros(len(self._vehicles) + 1, dtype=np.int64)
         numbers[senders] = first + np.arange(len(senders))
-        vehicle = source[comes] + 1
-        self._number = np.concatenate([self._number, numbers[vehicle]])
-        self._source = np.concatenate([self._source, vehicle])
-        self._destination = np.concatenate([self._destination, destination[comes] + 1])
-        self._arrived_ns = np.concatenate([self._arrived_ns, arrived_ns[comes]])
+        number = np.concatenate([self._number, numbers[source[comes] + 1]])
+        arrived = np.concatenate([self._arrived_ns, arrived_ns[comes]])
+        order = _by_arrival(arrived, number)
+        self._number, self._arrived_ns = number[order], arrived[order]
+        reaches = (destination[comes] + 1).astype(self._destination.dtype)
+        self._destination = np.concatenate([self._destination, reaches])[order]
 
     def deliver(self, cycle: int, until_ns: int, vehicles: Sequence[int]) -> list[Envelope]:
         """Return a receive for each of `vehicles`, in order, with what has arrived by `until_ns`.
@@ -69,13 +73,13 @@ class Air:
         if len(vehicles) < len(self._vehicles):
             heard = due[np.isin(self._destination[due], vehicles)]
         receives = self._receives(heard, vehicles, cycle, until_ns)
-        self._forget(due)
+        self._forget(until_ns)
         return receives
 
     @property
     def next_ns(self) -> int | None:
         """The time of the next arrival; None if no frame is in flight."""
-        return int(self._arrived_ns.min()) if len(self._arrived_ns) else None
+        return int(self._arrived_ns[0]) if len(self._arrived_ns) else None
 
     def batch(self, cycle: int, until_ns: int) -> tuple[int, list[Envelope]]:
         """Return the receives with all frames that arrive by `until_ns`, and when the last arrives.
@@ -90,13 +94,15 @@ class Air:
 
     def landed(self, until_ns: int) -> None:
         """Forget the frames that have arrived by `until_ns`."""
-        self._forget(self._due(until_ns))
+        self._forget(until_ns)
 
     def _due(self, until_ns: int) -> Ints:
         """Return the rows of frames that arrive by `until_ns`, by destination, then arrival."""
-        due = np.flatnonzero(self._arrived_ns <= until_ns)
-        keys = (self._number[due], self._arrived_ns[due], self._destination[due])
-        return due[np.lexsort(keys)]
+        return np.argsort(self._destination[: self._arrived_by(until_ns)], kind="stable")
+
+    def _arrived_by(self, until_ns: int) -> int:
+        """Return how many frames arrive by `until_ns`; they are the first rows."""
+        return int(np.searchsorted(self._arrived_ns, until_ns, side="right"))
 
     def _receives(
         self, due: Ints, vehicles: Sequence[int], cycle: int, time_ns: int | None
@@ -132,14 +138,24 @@ class Air:
         alone = whole.of(np.flatnonzero(process < 0))
         return found + [Envelope(RECEIVE, vehicle, one) for vehicle, one in alone.receives()]
 
-    def _forget(self, landed: Ints) -> None:
-        """Drop the rows that were delivered, and the beacons that no row needs any more."""
-        flies = np.ones(len(self._number), dtype=np.bool_)
-        flies[landed] = False
-        self._number, self._source = self._number[flies], self._source[flies]
-        self._destination, self._arrived_ns = self._destination[flies], self._arrived_ns[flies]
+    def _forget(self, until_ns: int) -> None:
+        """Drop the rows that have arrived, and the beacons that no row needs any more."""
+        left = self._arrived_by(until_ns)
+        self._number, self._destination = self._number[left:], self._destination[left:]
+        self._arrived_ns = self._arrived_ns[left:]
         end = self._first_number + len(self._beacons)
         oldest = int(self._number.min(initial=end))
         self._beacons = self._beacons[oldest - self._first_number :]
         self._senders = self._senders[oldest - self._first_number :]
         self._first_number = oldest
+
+
+def _by_arrival(arrived_ns: Ints, number: Ints) -> Ints:
+    """Return the order of rows by arrival, then number."""
+    if not len(number):
+        return np.zeros(0, dtype=np.int64)
+    since_ns, after = arrived_ns - arrived_ns.min(), number - number.min()
+    numbers = int(after.max()) + 1
+    if (int(since_ns.max()) + 1) * numbers > _LARGEST_KEY:
+        return np.lexsort((number, arrived_ns))
+    return np.argsort(since_ns * numbers + after)  # takes half the time of np.lexsort
