@@ -21,6 +21,7 @@ from tests.intrusions.keys import HOSTS, REVOKED, SIZE, make_keys
 from tests.router import Router, locked_endpoint, router
 from tests.streamed_log import read_log
 from zenvoy import run
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.access import ANY_RUN, access_control, member_of
 from zenvoy.fleet.authority import make_certificates, validity_of
 from zenvoy.fleet.guests import GuestsError, guests
@@ -127,7 +128,14 @@ def test_a_run_in_real_time_of_several_machines_goes_through_a_router(
         outcome = served.wait()
         assert (outcome.code, outcome.err) == (0, "")
         assert (one.wait().code, other.wait().code) == (0, 0)
-    assert read_log(folder / "live" / "out" / "run.mcap").result["end"] == "complete"
+    log = read_log(folder / "live" / "out" / "run.mcap")
+    assert log.result["end"] == "complete"
+    rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
+    offsets_ns = [offset_ns for row in rows for offset_ns in row.clock_offset_ns]
+    errors_ns = [error_ns for row in rows for error_ns in row.clock_error_ns]
+    measured = [one for one in zip(offsets_ns, errors_ns, strict=True) if one[1] >= 0]
+    assert len(measured) > len(errors_ns) / 2
+    assert all(abs(offset_ns) <= error_ns for offset_ns, error_ns in measured)  # it is one clock
 
 
 def test_a_router_keeps_intruders_out(tmp_path: Path) -> None:
