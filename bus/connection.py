@@ -124,7 +124,9 @@ class Connection(ABC):
             if process is None or bundled:
                 self._publish(key, payload)
                 continue
-            bundle = bundles.setdefault(key, Bundle())
+            bundle = bundles.get(key)
+            if bundle is None:
+                bundle = bundles[key] = Bundle()
             bundle.add(vehicle, payload)
             if len(bundle) == len(process.vehicles):
                 self._publish(key, bundle.pack())

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import os
 import select
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -83,7 +85,10 @@ class Command:
         inside: Sequence[str] = (),
         from_start: bool = False,
     ) -> None:
-        self._out, self._err = cwd / "stdout.txt", cwd / "stderr.txt"
+        # Not in `cwd`: a command that starts there meanwhile would write to the same files.
+        printed = tempfile.mkdtemp(prefix="zt-printed-")
+        weakref.finalize(self, shutil.rmtree, printed)
+        self._out, self._err = Path(printed, "out"), Path(printed, "err")
         self.sockets = tempfile.TemporaryDirectory(prefix="zt-")  # paths of sockets are short
         self._pidfds: dict[str, int] = {}
         environment = {**plain_environment(), "TMPDIR": self.sockets.name, **(env or {})}
