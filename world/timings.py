@@ -26,7 +26,7 @@ class Timings:
         self.commanded_ns = np.full(size, -1)
         """When the command of a vehicle arrived; -1: not at all."""
         self.times = {name: np.full(size, default) for name, default in _TIMES.items()}
-        """The times of `pb.Timing`, by name; -1 if a vehicle has told none, and an offset of 0."""
+        """The times of `pb.Timing`, by name; -1, and an offset of 0, if none is known."""
         self._frames: list[Rows] = []
 
     @property
@@ -40,7 +40,7 @@ class Timings:
         vehicles = commands.rows["vehicle"].astype(np.intp)
         self.commanded_ns[vehicles - 1] = came_ns
         for at, fields in commands.alike:
-            self._put(vehicles[at], _told(fields))
+            self._put(vehicles[at], _timing_in(fields))
         for vehicle, message in zip(vehicles, commands.messages, strict=bool(commands.messages)):
             if message.HasField("timing"):
                 timing = message.timing
@@ -49,17 +49,17 @@ class Timings:
                 }
                 self._put(np.array([vehicle]), columns)
 
-    def _put(self, vehicles: NDArray[np.intp], told: Mapping[str, NDArray[Any]]) -> None:
+    def _put(self, vehicles: NDArray[np.intp], reported: Mapping[str, NDArray[Any]]) -> None:
         """Enter the timing of vehicles, (k,), by field; columns of frames are (k, frames)."""
-        if not told:
+        if not reported:
             return
         for name, times in self.times.items():
-            times[vehicles - 1] = told.get(name, 0)
-        if "source" in told:
-            frames = np.zeros(told["source"].shape, FRAME)
+            times[vehicles - 1] = reported.get(name, 0)
+        if "source" in reported:
+            frames = np.zeros(reported["source"].shape, FRAME)
             frames["destination"] = vehicles[:, np.newaxis]
             for name in _OF_FRAMES:
-                frames[name] = told[name]
+                frames[name] = reported[name]
             self._frames.append(frames.ravel())
 
 
@@ -69,21 +69,21 @@ def are_timings(commands: Commands, size: int, most_error_ns: int) -> bool:
     Then the columns of each match, the frames come from vehicles of a fleet of `size`, and the
     machines know the world's clock well enough.
     """
-    return all(_is_timing(_told(fields), size, most_error_ns) for _, fields in commands.alike)
+    return all(_is_timing(_timing_in(fields), size, most_error_ns) for _, fields in commands.alike)
 
 
-def _is_timing(told: Mapping[str, NDArray[Any]], size: int, most_error_ns: int) -> bool:
-    error_ns = told.get("clock_error_ns", np.zeros(1))
+def _is_timing(reported: Mapping[str, NDArray[Any]], size: int, most_error_ns: int) -> bool:
+    error_ns = reported.get("clock_error_ns", np.zeros(1))
     if (error_ns < 0).any() or (error_ns > most_error_ns).any():
         return False
-    shapes = [told[name].shape if name in told else None for name in _OF_FRAMES]
+    shapes = [reported[name].shape if name in reported else None for name in _OF_FRAMES]
     if len(set(shapes)) > 1:
         return False
-    source = told.get("source", np.ones(1))
+    source = reported.get("source", np.ones(1))
     return bool((source >= 1).all() and (source <= size).all())
 
 
-def _told(fields: NDArray[Any]) -> dict[str, NDArray[Any]]:
+def _timing_in(fields: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Return the timing in messages of one form, by name of field; empty if they have none."""
     return {
         name.removeprefix(_PREFIX): fields[name]
