@@ -15,6 +15,7 @@ _PROMPT: Final = "$ "
 
 # A value for each option that is as good as the page's, and takes less time.
 _SHORTER: Final = {"--duration-s": "2", "--seeds": "1", "--bursts": "1"}
+_MORE_SEEDS: Final = {"mixed-traffic": "2"}  # it refuses one seed, because that has no interval
 _WITH_DURATION: Final = ("run", "serve")
 
 
@@ -54,6 +55,8 @@ def shortened(words: tuple[str, ...]) -> list[str]:
     for option, value in _SHORTER.items():
         if option in short:
             short[short.index(option) + 1] = value
+    if words[1:2] and words[1] in _MORE_SEEDS:
+        short[short.index("--seeds") + 1] = _MORE_SEEDS[words[1]]
     if words[0] == "zenvoy" and words[1] in _WITH_DURATION and "--duration-s" not in words:
         short += ["--duration-s", _SHORTER["--duration-s"]]
     return short
