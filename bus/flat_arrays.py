@@ -40,8 +40,8 @@ class FlatTable:
             fixed += [True] * len(piece.head) + [False] * width
         self.size = len(template)
         """The length of a message, bytes."""
-        self.enums = tuple(piece.name for piece in pieces if piece.code == "B")
-        """The fields that are enums: `decode` reads any byte there, and they are below 128."""
+        self.varints = tuple(piece.name for piece in pieces if piece.code == "B")
+        """The enums and booleans. Any byte is read there; one above 127 is only part of a value."""
         self._template = bytes(template)
         self._fixed = np.flatnonzero(fixed)
         self._dtype = np.dtype(

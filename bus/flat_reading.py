@@ -18,10 +18,14 @@ from zenvoy.bus.flat import CODES, Piece
 from zenvoy.bus.flat_arrays import FlatTable
 from zenvoy.bus.packed import read_varint
 
-_MOST_FORMS: Final = 1_000  # that are kept; a fleet has dozens
-_WIDTHS: Final = {0: 1, 1: 8, 5: 4}  # bytes by wire type; a varint is an enum below 128
+# Any program that may write to a key can invent forms.
+_MOST_FORMS: Final = 200  # that are kept; a fleet has dozens
+_MOST_OF_A_SIZE: Final = 20  # of the messages that are read together
+_LARGEST: Final = 16_384  # bytes; a vehicle that reports 700 frames sends less
+
+_WIDTHS: Final = {0: 1, 1: 8, 5: 4}  # bytes by wire type; a varint has one
 _LENGTH_DELIMITED: Final = 2
-_LARGEST_ENUM: Final = 0x7F
+_LARGEST_VARINT: Final = 0x7F  # of one byte
 _CODES: Final = CODES | {FieldDescriptor.TYPE_BOOL: ("B", 0)}
 
 
@@ -35,8 +39,8 @@ class Alike(NamedTuple):
 class FlatReader:
     """Reads messages of numbers of fixed width, booleans, enums below 128, columns and messages.
 
-    It reads what protobuf reads, but no message that it would have to put together: one with an
-    unknown field, a field that comes twice, or a larger enum.
+    It reads only what protobuf reads, and leaves the rest to protobuf: unknown fields, fields that
+    come twice, larger enums, messages above 16 kB, and messages without numbers.
     """
 
     def __init__(self, descriptor: Descriptor) -> None:
@@ -53,19 +57,23 @@ class FlatReader:
         for at, payload in enumerate(payloads):
             by_size[len(payload)].append(at)
         found = []
-        for rows in by_size.values():
+        for size, rows in by_size.items():
             left = np.array(rows)
-            while len(left):
+            for _ in range(_MOST_OF_A_SIZE):
                 data = b"".join([payloads[at] for at in left.tolist()])
-                table = self._table(data[: len(payloads[rows[0]])])
+                table = self._table(data[:size]) if size <= _LARGEST else None
                 if table is None:
                     return None
                 fits = table.fits(data)
                 fields = table.rows(data)[fits]
-                if any((fields[name] > _LARGEST_ENUM).any() for name in table.enums):
+                if any((fields[name] > _LARGEST_VARINT).any() for name in table.varints):
                     return None
                 found.append(Alike(left[fits], fields))
                 left = left[~fits]
+                if not len(left):
+                    break
+            else:
+                return None
         return found
 
     def _table(self, payload: bytes) -> FlatTable | None:
@@ -84,12 +92,15 @@ class FlatReader:
 
 def _form_of(descriptor: Descriptor, payload: bytes) -> list[Piece] | None:
     """Return the parts of a message, in order; None if it is not flat, or not whole."""
+    pieces: dict[str, Piece] = {}
     try:
-        pieces = list(_pieces(descriptor, payload))
+        for piece in _pieces(descriptor, payload):
+            if piece.name in pieces:
+                return None
+            pieces[piece.name] = piece
     except ValueError:
         return None
-    names = {piece.name for piece in pieces}
-    return pieces if pieces and len(names) == len(pieces) else None
+    return list(pieces.values()) or None
 
 
 def _pieces(descriptor: Descriptor, payload: bytes) -> Iterator[Piece]:

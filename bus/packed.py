@@ -23,7 +23,7 @@ _DTYPES: Final[dict[int, np.dtype[Any]]] = {
     FieldDescriptor.TYPE_SFIXED64: np.dtype("<i8"),
 }
 _LENGTH_DELIMITED: Final = 2
-_LONGEST_VARINT: Final = 63  # bits before the last byte; a longer one is none of protobuf's
+_LONGEST_VARINT: Final = 28  # bits before the last byte; protobuf refuses longer tags and lengths
 
 
 class PackedCodec:
@@ -156,11 +156,14 @@ def varint(value: int) -> bytes:
 
 
 def read_varint(payload: bytes | memoryview, at: int) -> tuple[int, int]:
-    """Return the number that begins at a place, and where it ends; raises ValueError if cut."""
+    """Return the tag or length that begins at a place, and where it ends.
+
+    Raises ValueError if it is cut, or longer than protobuf allows.
+    """
     value = shift = 0
     while True:
         if at >= len(payload) or shift > _LONGEST_VARINT:
-            raise ValueError("the payload ends in a number")
+            raise ValueError("a tag or a length is cut, or too long")
         byte = payload[at]
         value |= (byte & 0x7F) << shift
         at += 1

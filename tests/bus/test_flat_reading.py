@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
 import pytest
+from google.protobuf.message import DecodeError
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -100,11 +102,28 @@ def test_a_damaged_message_is_read_as_protobuf_reads_it_or_not_at_all(
         b"\x0d\x01\x00",  # cut
         b"\x72\x05\x1a\x00",  # a nested message that is cut
         b"\x0d" + b"\x80" * 20,
+        b"\x8d\x80\x80\x80\x80\x00\x05\x00\x00\x00",  # a tag of 6 bytes, which protobuf refuses
+        b"\x7a\x88\x80\x80\x80\x80\x00" + bytes(8),  # a column with such a length
+        b"\x3a\x89\x80\x80\x80\x80\x00\x09" + bytes(8),  # a nested message with such a length
+        pb.Command(cycle=1, logged=[1.0] * 3_000).SerializeToString(),  # too large to keep its form
         b"",
     ],
 )
 def test_messages_that_are_not_flat_are_left_to_protobuf(payload: bytes) -> None:
     assert FlatReader(pb.Command.DESCRIPTOR).read([payload]) is None
+
+
+@pytest.mark.parametrize("more", range(10))
+def test_a_padded_tag_is_read_only_where_protobuf_reads_it(more: int) -> None:
+    payload = b"\x8d" + b"\x80" * more + b"\x00" + b"\x05\x00\x00\x00"
+    try:
+        command = pb.Command.FromString(payload)
+    except DecodeError:
+        command = None
+    found = FlatReader(pb.Command.DESCRIPTOR).read([payload])
+    assert (found is None) == (command is None)
+    if found is not None and command is not None:
+        assert found[0].fields["cycle"].tolist() == [command.cycle] == [5]
 
 
 def test_messages_of_one_size_may_have_several_forms() -> None:
@@ -115,3 +134,29 @@ def test_messages_of_one_size_may_have_several_forms() -> None:
     assert [group.at.tolist() for group in found] == [[0, 2], [1]]
     assert found[0].fields["time_ns"].tolist() == [1, 1]
     assert found[1].fields["effective_ns"].tolist() == [2]
+
+
+def test_a_nested_message_in_two_parts_is_read_as_one() -> None:
+    """A machine whose clock is measured appends its offset to the timing of its commands."""
+    first, second = pb.Command(), pb.Command()
+    first.timing.sensed_ns, second.timing.clock_error_ns = 3, 4
+    payload = first.SerializeToString() + second.SerializeToString()
+    found = FlatReader(pb.Command.DESCRIPTOR).read([payload])
+    assert found is not None
+    ((_, fields),) = found
+    assert fields["timing_sensed_ns"].tolist() == [3]
+    assert fields["timing_clock_error_ns"].tolist() == [4]
+
+
+def test_messages_in_very_many_forms_are_left_to_protobuf() -> None:
+    """Each form of one size costs another look at all the messages that are left."""
+    names = [field.name for field in pb.LinkEstimate.DESCRIPTOR.fields if field.name != "gap"]
+    sides = [(side, name) for side in ("ahead", "behind") for name in names]
+    payloads = []
+    for chosen in combinations(sides, 3):
+        command = pb.Command()
+        for side, name in chosen:
+            setattr(getattr(command, side), name, 1)
+        payloads.append(command.SerializeToString())
+    assert FlatReader(pb.Command.DESCRIPTOR).read(payloads) is None
+    assert FlatReader(pb.Command.DESCRIPTOR).read(payloads[:3]) is not None
