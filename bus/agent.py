@@ -77,7 +77,7 @@ class Inbox:
     def with_payloads(self, topic: Topic[M]) -> list[tuple[Any, bytes]]:
         """Return the messages of `topic` and their bytes as received, in order of vehicle.
 
-        Where its agent reads several messages together, they are one object, which comes for each.
+        Messages that its agent decodes together are one object, which comes for each of them.
         """
         return self._mail[topic]
 
@@ -85,8 +85,8 @@ class Inbox:
 Decoder = Callable[[bytes], Any]
 """Decodes one message for all vehicles of a process; raises PayloadError."""
 
-Reader = Callable[[Sequence[Parcel]], Any]
-"""Reads messages of several vehicles as one object, or returns None: then they are read one by one.
+JointDecoder = Callable[[Sequence[Parcel]], Any]
+"""Decodes messages of several vehicles to one object; None: they are to be decoded one by one.
 
 The object has the `cycle` and the `time_ns` of all these messages, and has passed all checks.
 """
@@ -127,15 +127,23 @@ def decoders_of(participant: Participant) -> Mapping[Topic[Any], Decoder]:
 
 
 @runtime_checkable
-class ReadsTogether(Protocol):
-    """A participant that reads the messages of a shared process together, of some streams."""
+class DecodesJointly(Protocol):
+    """A participant that decodes the messages of a shared process together, of some streams."""
 
-    readers: Mapping[Topic[Any], Reader]
+    joint_decoders: Mapping[Topic[Any], JointDecoder]
 
 
-def readers_of(participant: Participant) -> Mapping[Topic[Any], Reader]:
-    """Return the streams whose messages a participant reads together, with their readers."""
-    return participant.readers if isinstance(participant, ReadsTogether) else {}
+def joint_decoders_of(participant: Participant) -> Mapping[Topic[Any], JointDecoder]:
+    """Return the streams whose messages a participant decodes together, with their decoders."""
+    return participant.joint_decoders if isinstance(participant, DecodesJointly) else {}
+
+
+def decoded_jointly(decoder: JointDecoder | None, parcels: Sequence[Parcel]) -> Any:
+    """Return the messages of a shared process as one object; None to decode them one by one."""
+    if decoder is None or len(parcels) < 2:
+        return None
+    each_once = len({vehicle for vehicle, _ in parcels}) == len(parcels)
+    return decoder(parcels) if each_once else None
 
 
 class Agent(Participant, Protocol):

@@ -18,9 +18,11 @@ def wall_ns() -> int:
 def pause(for_s: float = 0.0002) -> None:
     """Give up the processor, by default for about as long as a message takes.
 
-    Zenoh can block on one queue only; a caller that watches several polls them with this between.
+    Zenoh can block on one queue only. A caller that watches several looks at each in turn, and
+    without a pause it would take a core from the processes for which it waits. A longer or a
+    shorter pause only changes how soon a message is seen.
     """
-    time.sleep(for_s)  # between two polls; what a caller does depends on messages, not on time
+    time.sleep(for_s)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from types import TracebackType
 from typing import Any, Self, cast
 
 import zenoh
 
 from zenvoy.bus.admission import Admission
-from zenvoy.bus.agent import Envelope, Log, Participant, decoders_of, readers_of
-from zenvoy.bus.bundles import Bundle, Parcel
+from zenvoy.bus.agent import Envelope, Log, Participant, decoders_of, joint_decoders_of
+from zenvoy.bus.bundles import Bundle
 from zenvoy.bus.doorkeeper import Doorkeeper
 from zenvoy.bus.hosts import watch_hosts
 from zenvoy.bus.latecomers import Latecomers
@@ -38,7 +38,7 @@ class Connection(ABC):
     def __init__(self, participant: Participant, wiring: Wiring, log: Log | None) -> None:
         self._participant = participant
         self._decoders = decoders_of(participant)
-        self._readers = readers_of(participant)
+        self._joint_decoders = joint_decoders_of(participant)
         self._wiring = wiring
         self._log = log
         self._subscribers: dict[Topic[Any], zenoh.Subscriber[Any]] = {}
@@ -146,14 +146,6 @@ class Connection(ABC):
             return
         for piece, attachment in split(payload):
             publisher.put(piece, attachment=attachment)
-
-    def _read_together(self, topic: Topic[Any], parcels: Sequence[Parcel]) -> Any:
-        """Return the messages of a shared process as one; None to read them one by one."""
-        reader = self._readers.get(topic)
-        if reader is None or len(parcels) == 1:
-            return None
-        each_once = len({vehicle for vehicle, _ in parcels}) == len(parcels)
-        return reader(parcels) if each_once else None
 
     def lost_processes(self) -> list[str]:
         """Return the processes whose tokens have disappeared since the last call."""

@@ -14,7 +14,7 @@ from typing import Any, Final, NamedTuple
 import zenoh
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope, Log
+from zenvoy.bus.agent import Envelope, Log, decoded_jointly
 from zenvoy.bus.arrivals import Arrivals
 from zenvoy.bus.clock import WallTime, wall_ns
 from zenvoy.bus.clock_bounds import Offset
@@ -190,9 +190,11 @@ class RealtimeBus(Connection):
         came_ns = sample.came_ns if wall is None else wall.time_ns(sample.came_ns)
         hand_over = self._place if wall is None else self._tell
         parcels = self._admission.parcels(topic, key, sample.sample)
-        together = self._read_together(topic, parcels) if parcels and wall is not None else None
+        together = (
+            None if wall is None else decoded_jointly(self._joint_decoders.get(topic), parcels)
+        )
         if together is not None:
-            self._tell(Post(topic, 0, together, b"", came_ns), key)
+            self._tell(Post(topic, 0, together, b"", came_ns), key, len(parcels))
             return
         for vehicle, payload in parcels:
             try:
@@ -227,11 +229,11 @@ class RealtimeBus(Connection):
         sent_ns = start_here.wall_ns(post.message.time_ns)
         return sent_ns - self._early_ns <= post.came_ns < sent_ns + _AT_ONCE_NS
 
-    def _tell(self, post: Post, key: str) -> None:
-        """Hand a message with its simulation time to the agent."""
+    def _tell(self, post: Post, key: str, messages: int = 1) -> None:
+        """Hand a message, or several decoded as one, with its simulation time to the agent."""
         reason = admit(self._agent, post, self._most_early_ns)
         if reason is not None:
-            self.refusals.add(reason, key)
+            self.refusals.add(reason, key, messages)
 
     def _handler(self, topic: Topic[Any]) -> zenoh.handlers.Callback[zenoh.Sample]:
         """Return a callback that stores samples with their time of arrival.

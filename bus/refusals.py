@@ -39,10 +39,10 @@ class Refusals:
         self.counts: Counter[str] = Counter()
         self.total = 0
 
-    def add(self, reason: str, source: str) -> None:
-        """Count a refused message; source: the key on which it arrived."""
-        self.counts[reason] += 1
-        self.total += 1
+    def add(self, reason: str, source: str, count: int = 1) -> None:
+        """Count refused messages; source: the key on which they arrived."""
+        self.counts[reason] += count
+        self.total += count
         reported = self._reported
         if len(reported) > self._most:
             return

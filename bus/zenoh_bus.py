@@ -9,7 +9,7 @@ from typing import Any, Final, Protocol, TypeVar
 
 import zenoh
 
-from zenvoy.bus.agent import Agent, Barrier, Log, decoders_of
+from zenvoy.bus.agent import Agent, Barrier, Log, decoded_jointly, decoders_of
 from zenvoy.bus.clock import pause
 from zenvoy.bus.connection import Connection
 from zenvoy.bus.latecomers import Latecomers
@@ -135,7 +135,7 @@ class ZenohBus(Connection):
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
         parcels = self._admission.parcels(topic, key, sample)
-        message = self._read_together(topic, parcels) if parcels else None
+        message = decoded_jointly(self._joint_decoders.get(topic), parcels)
         together = message is not None and self._mailbox.put_together(topic, message, parcels)
         for vehicle, payload in parcels:
             reason = None if together else self._mailbox.put(topic, vehicle, payload)

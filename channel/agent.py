@@ -41,7 +41,7 @@ class Channel:
         self._transmitters = FaultyTransmitters(scenario)
         self._transmission = Transmission(scenario)
         self.air = Air(self._size, shared)
-        self.beacons: Final = BeaconReader(scenario.period_ns)
+        self.beacon_reader: Final = BeaconReader(scenario.period_ns)
         """Reads the beacons of shared processes."""
 
     def fault_in(self, topic: Topic[Any], vehicle: int, message: Any) -> str | None:

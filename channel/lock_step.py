@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Barrier, Envelope, Inbox, Reader
+from zenvoy.bus.agent import Barrier, Envelope, Inbox, JointDecoder
 from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN
@@ -37,7 +37,7 @@ class LockStepChannel:
         self._attendance = attendance(scenario)
         self._ahead = 0 if self._wait_ns else 1  # cycles by which a delivery runs ahead
         self._cycle = -self._ahead
-        self.readers: Mapping[Topic[Any], Reader] = {BEACON: self._together}
+        self.joint_decoders: Mapping[Topic[Any], JointDecoder] = {BEACON: self._together}
 
     @property
     def barrier(self) -> Barrier | None:
@@ -60,7 +60,10 @@ class LockStepChannel:
 
     def _together(self, parcels: Sequence[Parcel]) -> Beacons | None:
         """Return the beacons of the vehicles of a shared process; None if any is in doubt."""
-        beacons, takes_part = self._core.beacons.together(parcels), self._attendance.takes_part
+        beacons, takes_part = (
+            self._core.beacon_reader.together(parcels),
+            self._attendance.takes_part,
+        )
         if beacons is None or not all(takes_part(one, beacons.cycle) for one in beacons.sent):
             return None
         return beacons

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.agent import Envelope, Reader
+from zenvoy.bus.agent import Envelope, JointDecoder
 from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.realtime_agent import Post
 from zenvoy.bus.refusals import STALE
@@ -44,7 +44,7 @@ class RealtimeChannel:
         self._window_ns = round(_WINDOW_NS * scenario.speed)
         self._positions: dict[int, pb.Positions] = {}  # by cycle, the newest ones
         self._batch: tuple[int, list[Envelope]] | None = None  # the next delivery, and its time
-        self.readers: Mapping[Topic[Any], Reader] = {BEACON: self._together}
+        self.joint_decoders: Mapping[Topic[Any], JointDecoder] = {BEACON: self._together}
 
     @property
     def due_ns(self) -> int | None:
@@ -91,7 +91,7 @@ class RealtimeChannel:
 
     def _together(self, parcels: Sequence[Parcel]) -> Beacons | None:
         """Return the beacons of the vehicles of a shared process; None if any is in doubt."""
-        beacons = self._core.beacons.together(parcels)
+        beacons = self._core.beacon_reader.together(parcels)
         is_new = beacons is not None and self._gathering.are_new(beacons.cycle, beacons.sent)
         return beacons if is_new else None
 

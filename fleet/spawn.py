@@ -96,8 +96,10 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
             _flush()
             os.kill(os.getpid(), signal.SIGKILL)
         _leave(DONE)
-    except BaseException as error:  # noqa: BLE001  # a fork must not unwind into its parent
-        # What left this function would run the parent's handlers in the child, as a second parent.
+    # Everything is caught, SystemExit and KeyboardInterrupt too: what left this function would run
+    # the parent's handlers in the child, as a second parent. `_status` reports it, and it becomes
+    # the exit status.
+    except BaseException as error:  # noqa: BLE001
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:

@@ -23,8 +23,10 @@ from typing import Any, Final
 from setproctitle import setproctitle
 
 from tests.preloaded import LARGEST
-from zenvoy.cli import analyze, app, entry, execute  # noqa: F401  # most is imported for the forks
+from zenvoy.cli import analyze, app, entry, execute
 
+IMPORTED: Final[tuple[ModuleType, ...]] = (analyze, app, entry, execute)
+"""What each fork has from its start, with all that these import."""
 _FDS: Final = 5
 """A request brings three standard streams, a network namespace, and the socket for its answers."""
 _CLONE_NEWNET: Final = 0x4000_0000

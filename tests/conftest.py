@@ -55,7 +55,9 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # between two looks at the fact, which alone decides
+        # The fact alone decides, and no fact of another program can be awaited without polling. The
+        # pause leaves the cores to the processes that bring it about.
+        time.sleep(0.01)
 
 
 @dataclass(frozen=True, slots=True)

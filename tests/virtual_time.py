@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from zenvoy.bus.agent import Envelope, decoders_of, readers_of
+from zenvoy.bus.agent import Envelope, decoded_jointly, decoders_of, joint_decoders_of
 from zenvoy.bus.bundles import Parcel, pack, parcels_in
 from zenvoy.bus.in_process import InProcessBus
 from zenvoy.bus.realtime_agent import Post, RealtimeAgent
@@ -64,7 +64,7 @@ class VirtualBus:
             for number, agent in enumerate(self._agents):
                 if agent.role != topic.reader or vehicle not in (agent.vehicles or (vehicle,)):
                     continue
-                if topic in {*decoders_of(agent), *readers_of(agent)} and not bundled:
+                if topic in {*decoders_of(agent), *joint_decoders_of(agent)} and not bundled:
                     bundles.setdefault((topic, number), []).append((vehicle, payload))
                 else:
                     self._put(envelope, agent, now_ns)
@@ -83,9 +83,9 @@ class VirtualBus:
         entry = next(entry for entry in self._on_the_way if entry[:2] == which)
         self._on_the_way.remove(entry)
         *_, agent, (topic, vehicle, payload, _, bundled) = entry
-        decoder, reader = decoders_of(agent).get(topic), readers_of(agent).get(topic)
-        parcels = parcels_in(topic, payload) if bundled and reader is not None else []
-        together = reader(parcels) if reader is not None and len(parcels) > 1 else None
+        decoder, jointly = decoders_of(agent).get(topic), joint_decoders_of(agent).get(topic)
+        parcels = parcels_in(topic, payload) if bundled and jointly is not None else []
+        together = decoded_jointly(jointly, parcels)
         self.together += together is not None
         if together is not None:
             posts = [Post(topic, 0, together, payload, now_ns)]

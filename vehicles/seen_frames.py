@@ -8,6 +8,7 @@ from typing import Final
 
 _REMEMBERED_NS: Final = 5_000_000_000  # a frame that is older than the newest by more is stale
 _SPAN_NS: Final = 100_000_000
+_NONE: Final = frozenset[Hashable]()
 
 
 class SeenFrames:
@@ -19,7 +20,7 @@ class SeenFrames:
     def __init__(self) -> None:
         # By span of arrival. A single set of half a million frames, which Python rebuilds now and
         # then as old ones leave it, held up 500 vehicles for 40 ms every few seconds.
-        self._known: defaultdict[int, set[Hashable]] = defaultdict(set)
+        self._known: dict[int, set[Hashable]] = {}
         self._newest_ns = 0
 
     def are_new(self, frames: Sequence[Hashable], arrived_ns: Sequence[int]) -> bool:
@@ -27,10 +28,11 @@ class SeenFrames:
         if not frames or min(arrived_ns) <= self._newest_ns - _REMEMBERED_NS:
             return False
         by_span = _by_span(frames, arrived_ns)
-        if not all(self._known[span].isdisjoint(those) for span, those in by_span.items()):
+        known = self._known
+        if not all(known.get(span, _NONE).isdisjoint(those) for span, those in by_span.items()):
             return False
         for span, those in by_span.items():
-            self._known[span].update(those)
+            known.setdefault(span, set()).update(those)
         self._newest_ns = max(self._newest_ns, *arrived_ns)
         self._forget((self._newest_ns - _REMEMBERED_NS) // _SPAN_NS)
         return True

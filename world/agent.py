@@ -9,6 +9,7 @@ import numpy as np
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Envelope
+from zenvoy.bus.bundles import Parcel
 from zenvoy.bus.checks import are_modes, fault_in_command, table_of
 from zenvoy.bus.frame_table import FrameTable
 from zenvoy.bus.topics import FRAMES, POSITIONS, vehicle_name
@@ -17,7 +18,7 @@ from zenvoy.scenarios import Scenario, attendance, modes, roster
 from zenvoy.world.chronicle import Chronicle
 from zenvoy.world.commands import CommandReader, Commands, FleetCommands, Rows
 from zenvoy.world.failing_processes import FailingProcesses, held
-from zenvoy.world.fallbacks import Fallbacks, fallback
+from zenvoy.world.fallbacks import Fallbacks, fallback_event
 from zenvoy.world.fleet import Fleet
 from zenvoy.world.rows import Decided, command_row, estimate_row, radar_row, truth_row
 from zenvoy.world.senses import senses
@@ -70,7 +71,7 @@ class World:
             for model, mode in sorted(modes(scenario).items(), key=lambda one: one[1])
         }
         self._values = max(self._columns.values(), default=0)
-        self.commands: Final = CommandReader(self._values)
+        self.command_reader: Final = CommandReader(self._values)
         """Reads the commands of the vehicles."""
         self._fallbacks = Fallbacks(scenario.fleet.size)
         self._loss_by_hand = 0.0
@@ -89,7 +90,20 @@ class World:
         decided_ns = self._decided_ns(command.cycle)
         return fault_in_command(command, vehicle, decided_ns, decided_ns + self._delay_ns)
 
-    def are_sound(self, commands: Commands, vehicles: Sequence[int]) -> bool:
+    def decode_jointly(self, parcels: Sequence[Parcel]) -> Commands | None:
+        """Return the commands of the vehicles of a shared process; None if any is in doubt.
+
+        They have passed all checks of `fault_in_command`, and each vehicle takes part.
+        """
+        vehicles, payloads = zip(*parcels, strict=True)
+        commands = self.command_reader.flat(payloads)
+        if commands is None or not self._are_sound(commands, vehicles):
+            return None
+        takes_part = self._attendance.takes_part
+        all_take_part = all(takes_part(vehicle, commands.cycle) for vehicle in vehicles)
+        return commands if all_take_part else None
+
+    def _are_sound(self, commands: Commands, vehicles: Sequence[int]) -> bool:
         """Return whether commands are those of these vehicles, of one cycle, without a fault."""
         rows = commands.rows
         decided_ns = self._decided_ns(commands.cycle)
@@ -176,8 +190,8 @@ class World:
     def _fallbacks_in(self, commands: FleetCommands) -> list[pb.Event]:
         there, rows = np.flatnonzero(commands.there), commands.rows
         return [
-            fallback(index + 1, begins, int(rows["time_ns"][index]))
-            for index, begins in self._fallbacks.changes(there, rows["mode"][there])
+            fallback_event(index + 1, begins, int(rows["time_ns"][index]))
+            for index, begins in self._fallbacks.take_in(there, rows["mode"][there])
         ]
 
     def rows(self, cycle: int, frames: bytes, commands: FleetCommands) -> list[Envelope]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
 from math import nan
 from operator import attrgetter
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -19,33 +21,42 @@ from zenvoy.bus.topics import COMMAND
 Floats = NDArray[np.float64]
 Rows = NDArray[Any]
 
-_FLAT: Final = FlatEncoder(pb.Command.DESCRIPTOR, leave_out=("neighbours", "timing", "logged"))
-_NESTED: Final = ("ahead", "behind")
+_LEFT_OUT: Final = ("timing", "logged")
+_FLAT: Final = FlatEncoder(pb.Command.DESCRIPTOR, _LEFT_OUT)
 ROW: Final = np.dtype(
     [(one.name, "<u4" if one.code == "B" else DTYPES[one.code]) for one in _FLAT.pieces]
-    + [("neighbours", "<u4")]
 )
 """A command without its timing and what its law logs; `gap` of `ahead` is `ahead_gap`."""
 
-_PATHS: Final = [
-    next((name.replace("_", ".", 1) for side in _NESTED if name.startswith(f"{side}_")), name)
-    for name in ROW.names or ()
-]
-_OF_MESSAGE: Final = attrgetter(*_PATHS)
 _TIMES: Final = ("effective_ns", "age_ns", "ahead_measured_ns", "behind_measured_ns")
+
+
+def _paths() -> Iterator[str]:
+    """Yield the path of each field of `ROW` in a message, in order."""
+    for field in sorted(pb.Command.DESCRIPTOR.fields, key=lambda one: one.number):
+        if field.name in _LEFT_OUT:
+            continue
+        if field.message_type is None:
+            yield field.name
+        else:
+            inner = sorted(field.message_type.fields, key=lambda one: one.number)
+            yield from (f"{field.name}.{one.name}" for one in inner)
+
+
+_OF_MESSAGE: Final = attrgetter(*_paths())
 
 
 class Commands(NamedTuple):
     """Some commands of one cycle: rows of `ROW`, (k,), and what their laws log, (k, values).
 
     Values that a law does not log are NaN. alike: what the commands were read from; messages: the
-    same, if they were read one by one.
+    same for rows that were read one by one.
     """
 
     rows: Rows
     logged: Floats
     alike: Sequence[Alike] = ()
-    messages: Sequence[pb.Command] = ()
+    messages: Mapping[int, pb.Command] = MappingProxyType({})
 
     @property
     def cycle(self) -> int:
@@ -80,14 +91,14 @@ class CommandReader:
                 found.logged[at, :count] = fields["logged"][:, :count]
         return found._replace(alike=alike)
 
-    def each(self, payloads: Sequence[bytes]) -> Commands:
+    def read(self, payloads: Sequence[bytes]) -> Commands:
         """Return at least one command as columns, whatever their form."""
         flat = self.flat(payloads)
         if flat is not None:
             return flat
-        messages = [COMMAND.decode(payload) for payload in payloads]
+        messages = {at: COMMAND.decode(payload) for at, payload in enumerate(payloads)}
         found = self._empty(len(messages))
-        for at, message in enumerate(messages):
+        for at, message in messages.items():
             found.rows[at] = _OF_MESSAGE(message)
             count = min(len(message.logged), self._values)
             found.logged[at, :count] = message.logged[:count]
@@ -95,6 +106,20 @@ class CommandReader:
 
     def _empty(self, count: int) -> Commands:
         return Commands(np.zeros(count, ROW), np.full((count, self._values), nan))
+
+
+def joined(parts: Sequence[Commands]) -> Commands:
+    """Return commands of one cycle, at least one, that were read in several parts."""
+    if len(parts) == 1:
+        return parts[0]
+    starts = accumulate((len(one.rows) for one in parts), initial=0)
+    alike, messages = list[Alike](), dict[int, pb.Command]()
+    for start, one in zip(starts, parts, strict=False):
+        alike += [Alike(start + at, fields) for at, fields in one.alike]
+        messages |= {start + at: message for at, message in one.messages.items()}
+    rows = np.concatenate([one.rows for one in parts])
+    logged = np.concatenate([one.logged for one in parts])
+    return Commands(rows, logged, alike, messages)
 
 
 class FleetCommands:

@@ -18,7 +18,7 @@ class Fallbacks:
     def __init__(self, size: int) -> None:
         self._fallen_back = np.zeros(size, dtype=np.bool_)
 
-    def changes(self, at: NDArray[np.intp], mode: NDArray[Any]) -> list[tuple[int, bool]]:
+    def take_in(self, at: NDArray[np.intp], mode: NDArray[Any]) -> list[tuple[int, bool]]:
         """Take in modes of vehicles, by index; return who changes, and whether it falls back."""
         falls = mode == _FALLS_BACK
         changed = at[falls != self._fallen_back[at]]
@@ -26,7 +26,7 @@ class Fallbacks:
         return [(index, bool(self._fallen_back[index])) for index in changed.tolist()]
 
 
-def fallback(vehicle: int, begins: bool, time_ns: int) -> pb.Event:
+def fallback_event(vehicle: int, begins: bool, time_ns: int) -> pb.Event:
     """Return the event that a vehicle falls back, or returns to its law."""
     kind = pb.EVENT_FALLBACK if begins else pb.EVENT_FALLBACK_END
     return pb.Event(time_ns=time_ns, kind=kind, vehicle=vehicle)

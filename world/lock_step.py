@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
-from zenvoy.bus.agent import Barrier, Envelope, Inbox, Reader
-from zenvoy.bus.bundles import Parcel
+from zenvoy.bus.agent import Barrier, Envelope, Inbox, JointDecoder
 from zenvoy.bus.errors import VehicleLostError
 from zenvoy.bus.latecomers import Late
 from zenvoy.bus.refusals import FOREIGN, RefusedError
 from zenvoy.bus.topics import COMMAND, LINKS, Topic
 from zenvoy.scenarios import Scenario, attendance
 from zenvoy.world.agent import World
-from zenvoy.world.commands import Commands, FleetCommands
+from zenvoy.world.commands import Commands, FleetCommands, joined
 from zenvoy.world.pace import Pace
 
 _FARTHEST: Final = 2  # cycles ahead; more would overlap no more work and only fill queues
@@ -39,7 +38,9 @@ class LockStepWorld:
         self._lookahead = lookahead(scenario)
         self._step = 0
         self.pace = Pace(together=self._lookahead > 0)
-        self.readers: Mapping[Topic[Any], Reader] = {COMMAND: self._together}
+        self.joint_decoders: Mapping[Topic[Any], JointDecoder] = {
+            COMMAND: self._core.decode_jointly
+        }
 
     @property
     def barrier(self) -> Barrier | None:
@@ -102,22 +103,15 @@ class LockStepWorld:
                 together[id(one)] = one
             else:
                 alone.append(payload)
-        read = [self._core.commands.each(alone)] if alone else []
+        parts = list(together.values())
+        if alone:
+            parts.append(self._core.command_reader.read(alone))
         found = self._core.no_commands()
-        for commands in (*together.values(), *read):
+        if parts:  # else all vehicles are away
+            commands = joined(parts)
             self._core.take_in(commands.rows)
             found.put(commands)
         return found
-
-    def _together(self, parcels: Sequence[Parcel]) -> Commands | None:
-        """Return the commands of the vehicles of a shared process; None if any is in doubt."""
-        vehicles, payloads = zip(*parcels, strict=True)
-        commands = self._core.commands.flat(payloads)
-        if commands is None or not self._core.are_sound(commands, vehicles):
-            return None
-        takes_part = self._attendance.takes_part
-        all_take_part = all(takes_part(vehicle, commands.cycle) for vehicle in vehicles)
-        return commands if all_take_part else None
 
 
 def lookahead(scenario: Scenario) -> int:

@@ -16,7 +16,7 @@ from zenvoy.bus.topics import REALTIME
 from zenvoy.world.timings import Rows, Timings
 
 _REALTIME: Final = PackedCodec(pb.RealTime.DESCRIPTOR)
-_MOST_IDS: Final = 2**62
+_LARGEST_ID: Final = 2**62
 
 
 def frames_of(
@@ -89,11 +89,13 @@ def _ids(columns: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
     """Return a number for each row, equal for equal rows only."""
     found, most = np.zeros(len(columns[0]), dtype=np.int64), 1
     for column in columns if len(found) else ():
-        low = column.min()
-        at, values = column - low, int(column.max() - low) + 1
-        if most * values > _MOST_IDS:  # they are far apart: count only those that there are
+        low, high = int(column.min()), int(column.max())
+        values = high - low + 1
+        if most * values > _LARGEST_ID:  # they are far apart: count only those that there are
             distinct, at = np.unique(column, return_inverse=True)
             values = len(distinct)
+        else:
+            at = column - low
         found, most = found * values + at, most * values
     return found
 

@@ -81,6 +81,7 @@ def row_of(
     Its bytes are those that protobuf writes: fields in order, without times that are 0.
     """
     codec = _codec_of(topic)
+    assert columns.keys() <= codec.fields().keys(), "a column that the message does not have"
     times = {"cycle": cycle, "time_ns": time_ns}
     values: dict[str, ArrayLike] = {name: value for name, value in times.items() if value}
     values |= {name: columns[name] for name in codec.fields() if name in columns}

@@ -35,19 +35,19 @@ class Timings:
         frames = np.concatenate([np.zeros(0, FRAME), *self._frames])
         return frames[np.argsort(frames["destination"], kind="stable")]
 
-    def put(self, commands: Commands, came_ns: int) -> None:
-        """Enter the timing of commands that arrived together."""
+    def put(self, commands: Commands, came_ns: NDArray[np.int64]) -> None:
+        """Enter the timing of commands, (k,), and when each arrived, ns, (k,)."""
         vehicles = commands.rows["vehicle"].astype(np.intp)
         self.commanded_ns[vehicles - 1] = came_ns
         for at, fields in commands.alike:
             self._put(vehicles[at], _timing_in(fields))
-        for vehicle, message in zip(vehicles, commands.messages, strict=bool(commands.messages)):
+        for row, message in commands.messages.items():
             if message.HasField("timing"):
                 timing = message.timing
                 columns = {
                     name: np.array([getattr(timing, name)]) for name in (*_TIMES, *_OF_FRAMES)
                 }
-                self._put(np.array([vehicle]), columns)
+                self._put(vehicles[[row]], columns)
 
     def _put(self, vehicles: NDArray[np.intp], reported: Mapping[str, NDArray[Any]]) -> None:
         """Enter the timing of vehicles, (k,), by field; columns of frames are (k, frames)."""

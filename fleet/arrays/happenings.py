@@ -12,7 +12,7 @@ from zenvoy.bus.agent import Envelope
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.arrays.rows import Ints
 from zenvoy.world.chronicle import Chronicle
-from zenvoy.world.fallbacks import Fallbacks, fallback
+from zenvoy.world.fallbacks import Fallbacks, fallback_event
 from zenvoy.world.lock_step import lookahead
 
 
@@ -42,9 +42,9 @@ class Happenings:
     def decide(self, mode: Ints, decided_ns: int) -> None:
         """Record the modes of a cycle's decisions, (runs · n,); a later step logs their changes."""
         news: dict[int, list[pb.Event]] = defaultdict(list)
-        for member, falls in self._fallbacks.changes(self._members, mode):
+        for member, falls in self._fallbacks.take_in(self._members, mode):
             run, index = divmod(member, self._size)
-            news[run].append(fallback(index + 1, falls, decided_ns))
+            news[run].append(fallback_event(index + 1, falls, decided_ns))
         self._past.append(news)
 
     def step(

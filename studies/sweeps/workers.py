@@ -77,7 +77,9 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
     be_worker(parent)
     try:
         do(task)
-    except Exception as error:  # noqa: BLE001  # a law may raise anything; the task fails
+    # A user's own law or scenario may raise anything. Its run fails with that error in the table of
+    # the study, and the other runs go on; signals and exits still end the worker.
+    except Exception as error:  # noqa: BLE001
         writer.send(in_one_line(error))
 
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.agent import Barrier
-from zenvoy.bus.mailbox import Mailbox
+from zenvoy.bus.mailbox import WINDOW, Mailbox
+from zenvoy.bus.refusals import DUPLICATE, EARLY, STALE
 from zenvoy.bus.topics import BEACON, POSITIONS, Topic
 
 VEHICLES, CYCLES = (1, 2, 3), 3
@@ -119,3 +120,43 @@ def test_a_message_is_taken_once() -> None:
 @pytest.mark.parametrize("cycle", [0, 7])
 def test_an_empty_barrier_is_met(cycle: int) -> None:
     assert Mailbox().met(Barrier(0, cycle))
+
+
+@given(
+    fates=st.lists(st.sampled_from(["taken", "early", "again", "fits"]), min_size=1, max_size=6),
+    vehicles=st.permutations(VEHICLES),
+    count=st.integers(1, 3),
+)
+def test_messages_together_are_kept_as_if_each_had_come_alone(
+    fates: list[str], vehicles: list[int], count: int
+) -> None:
+    """They are kept only if each would be; otherwise they are put one by one."""
+    together, alone, cycle = Mailbox(), Mailbox(), 0
+    for fate in fates:
+        at = {"taken": cycle - 1, "early": cycle + WINDOW, "again": cycle, "fits": cycle}[fate]
+        if at < 0:
+            continue
+        if fate == "again":
+            assert together.put(*beacon(vehicles[0], at)) == alone.put(*beacon(vehicles[0], at))
+        posts = [beacon(vehicle, at) for vehicle in vehicles[:count]]
+        parcels = [(post.vehicle, post.payload) for post in posts]
+        reasons = [alone.put(*post) for post in posts]
+        kept = together.put_together(BEACON, pb.Beacon(cycle=at), parcels)
+        assert kept == (reasons == [None] * count)
+        if not kept:
+            assert [together.put(*post) for post in posts] == reasons
+        expected = {"taken": STALE, "early": EARLY, "again": DUPLICATE, "fits": None}
+        assert fate == "fits" or reasons[0] == expected[fate]
+        for vehicle in VEHICLES:
+            assert together.holds(BEACON, at, vehicle) == alone.holds(BEACON, at, vehicle)
+        if fate == "fits":
+            for mailbox in (together, alone):
+                for post in (*(beacon(one, cycle) for one in VEHICLES), positions(cycle)):
+                    mailbox.put(*post)
+            assert together.rejected == alone.rejected
+            inboxes = [
+                mailbox.take(barrier(cycle)).with_payloads(BEACON) for mailbox in (together, alone)
+            ]
+            payloads = [[payload for _, payload in inbox] for inbox in inboxes]
+            assert payloads[0] == payloads[1]
+            cycle += 1

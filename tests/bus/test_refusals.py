@@ -14,12 +14,13 @@ def test_each_kind_and_source_is_reported_once(capsys: pytest.CaptureFixture[str
         refusals.add("stale", "a/b")
         refusals.add("early", "a/b")
         refusals.add("stale", "a/\nworld: all is well")
+    refusals.add("early", "a/b", 40)  # a bundle
     refusals.report_counts()
     assert capsys.readouterr().err.splitlines() == [
         "world: refused: stale, on 'a/b'",
         "world: refused: early, on 'a/b'",
         r"world: refused: stale, on 'a/\nworld: all is well'",
-        "world: messages refused: 3 early, 6 stale",
+        "world: messages refused: 43 early, 6 stale",
     ]
 
 

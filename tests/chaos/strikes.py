@@ -61,7 +61,9 @@ def strike(started: Command, case: Case, out: Path) -> pb.Clock:
         first = "world" if case.victim == "command" else case.process
         if not started.has_children({first}):
             raise TooLateError
-        time.sleep(0.3 * case.at)  # a random moment of the start, which no message marks
+        # The moment is random on purpose, and no message marks it. What the test expects holds for
+        # every moment of a start, so nothing depends on how long this really takes.
+        time.sleep(0.3 * case.at)
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
         _hit(started, case)
@@ -93,10 +95,12 @@ def go_on_later(started: Command, case: Case) -> None:
     """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
         standstill_s = PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0
-        time.sleep(standstill_s)  # the victim stands still for this long: that is the fault
+        # The fault itself: how long the victim stands still. Nothing is awaited, and a longer
+        # standstill is the same fault.
+        time.sleep(standstill_s)
         started.send(signal.SIGCONT)
     elif case.blow == "STOP 3 s":
-        time.sleep(PAUSE_S)  # the victim stands still for this long: that is the fault
+        time.sleep(PAUSE_S)  # the fault itself, as above
         try:
             started.send_to_child(case.process, signal.SIGCONT)
         except ProcessLookupError:

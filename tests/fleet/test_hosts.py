@@ -57,7 +57,9 @@ def test_a_machine_that_holds_up_the_steps_is_named(tmp_path: Path) -> None:
     ):
         served.wait_for_cycles(tmp_path / "out" / "run.mcap")
         slow.send_to_group(signal.SIGSTOP)
-        time.sleep(_PAUSE_S)  # the host holds up the run for this long, and the log must say so
+        # The fault itself: the host holds up the run for at least this long, and the log says so. A
+        # longer one is the same fault.
+        time.sleep(_PAUSE_S)
         slow.send_to_group(signal.SIGCONT)
         outcome = served.wait()
     assert (outcome.code, outcome.err) == (0, "")

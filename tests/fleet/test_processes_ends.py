@@ -209,7 +209,9 @@ def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
     with running(tmp_path, "--set", "stall_limit_s=1") as started:
         log = tmp_path / "out" / "run.mcap"
         started.send_to_group(signal.SIGSTOP)
-        time.sleep(2.5)  # past the stall limit; all processes that could bring a fact are stopped
+        # The fault itself: a standstill past the stall limit of 1 s. All processes of the run are
+        # stopped, so none can say how long it has been.
+        time.sleep(2.5)
         size = log.stat().st_size
         started.send_to_group(signal.SIGCONT)
         wait_until(lambda: log.stat().st_size > 2 * size, "the run goes on")

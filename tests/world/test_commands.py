@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, nan
 from typing import Any
 
+import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -56,7 +57,7 @@ def commands(draw: st.DrawFn) -> pb.Command:
 def columns_of(read: Commands) -> tuple[list[Any], ...]:
     """Return commands and their timing, to be compared."""
     timings = Timings(3)
-    timings.put(read, 9)
+    timings.put(read, np.full(len(read.rows), 9))
     times = [column.tolist() for column in timings.times.values()]
     # Rows as bytes, because NaN is not equal to itself.
     rows = [read.rows.tobytes(), read.logged.tobytes(), timings.frames.tolist()]
@@ -75,11 +76,11 @@ def test_they_are_read_together_unless_one_would_be_refused(
     if isinstance(world, RealtimeWorld):
         world.act(0)  # cycle 0 begins
     parcels = [(one.vehicle, one.SerializeToString()) for one in given_commands]
-    found = world.readers[COMMAND](parcels)
-    if any(world.fault_in(COMMAND, one.vehicle, one) for one in given_commands):
-        assert found is None
-    elif len({one.cycle for one in given_commands}) == 1:
-        assert (found is not None) == (not realtime or given_commands[0].cycle == 0)
+    found = world.joint_decoders[COMMAND](parcels)
+    refused = any(world.fault_in(COMMAND, one.vehicle, one) for one in given_commands)
+    cycles = {one.cycle for one in given_commands}
+    begun = not realtime or cycles == {0}
+    assert (found is not None) == (not refused and len(cycles) == 1 and begun)
 
 
 @given(FLEETS)
@@ -90,7 +91,7 @@ def test_columns_are_those_of_the_messages(given_commands: list[pb.Command]) -> 
     reader = CommandReader(2)
     together = reader.flat([one.SerializeToString() for one in sound])
     # An unknown field at the end is nothing that columns hold, so these are read one by one.
-    one_by_one = reader.each([one.SerializeToString() + b"\xa0\x06\x01" for one in sound])
+    one_by_one = reader.read([one.SerializeToString() + b"\xa0\x06\x01" for one in sound])
     assert together is not None
     assert not one_by_one.alike
     assert one_by_one.rows["ahead_gap"].tolist() == [one.ahead.gap for one in sound]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,16 +25,12 @@ FRAME = st.tuples(
 REPORT = st.tuples(st.integers(1, SIZE), st.integers(1, SIZE), st.integers(0, 3))
 
 
-@given(
-    frames=st.lists(FRAME, max_size=12),
-    reports=st.lists(REPORT, max_size=12),
-    there=st.sets(st.integers(1, SIZE)),
-)
-def test_delivered_frames_without_a_report_are_late(
-    frames: list[tuple[int, int, int, int]],
-    reports: list[tuple[int, int, int]],
-    there: set[int],
-) -> None:
+def logged_outcomes(
+    frames: Sequence[tuple[int, int, int, int]],
+    reports: Sequence[tuple[int, int, int]],
+    there: Collection[int],
+) -> list[int]:
+    """Return the outcomes that are logged of frames, (source, destination, arrival, outcome)."""
     source, destination, arrived_ns, outcome = np.array(frames, dtype=np.int64).reshape(-1, 4).T
     columns = dict.fromkeys(FRAME_COLUMNS, np.zeros(len(frames))) | {
         "source": source,
@@ -47,13 +45,34 @@ def test_delivered_frames_without_a_report_are_late(
         own = [(sender, at_ns) for sender, receiver, at_ns in reports if receiver == vehicle]
         command.timing.source.extend(sender for sender, _ in own)
         command.timing.arrived_ns.extend(at_ns for _, at_ns in own)
-        command.timing.came_ns.extend(at_ns for _, at_ns in own)
-        timings.put(READER.each([command.SerializeToString()]), 0)
+        command.timing.came_ns.extend(0 for _ in own)
+        timings.put(READER.read([command.SerializeToString()]), np.zeros(1, dtype=np.int64))
     logged = pb.Frames.FromString(frames_of(1, 0, [frame_table(payload)], timings, sorted(there)))
+    return list(logged.outcome)
+
+
+@given(
+    frames=st.lists(FRAME, max_size=12),
+    reports=st.lists(REPORT, max_size=12),
+    there=st.sets(st.integers(1, SIZE)),
+)
+def test_delivered_frames_without_a_report_are_late(
+    frames: list[tuple[int, int, int, int]],
+    reports: list[tuple[int, int, int]],
+    there: set[int],
+) -> None:
     expected = [
         pb.OUTCOME_LATE
         if kind == pb.OUTCOME_DELIVERED and to in there and (by, to, at_ns) not in set(reports)
         else kind
         for by, to, at_ns, kind in frames
     ]
-    assert list(logged.outcome) == expected
+    assert logged_outcomes(frames, reports, there) == expected
+
+
+def test_a_vehicle_cannot_report_the_frames_of_another() -> None:
+    """Rows are compared by one number each, which times far apart must not make overflow."""
+    lowest, far_ns = -(2**63), 1_000_000_000
+    frames = [(2, 1, 500, pb.OUTCOME_DELIVERED), (2, 3, far_ns, pb.OUTCOME_DELIVERED)]
+    forged = [(2, 3, lowest), (2, 3, lowest + 1), (2, 3, 500 - 2 * (far_ns + 1))]
+    assert logged_outcomes(frames, forged, {1, 2, 3}) == [pb.OUTCOME_LATE] * 2
