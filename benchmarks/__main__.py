@@ -1,19 +1,15 @@
 """`python -m benchmarks`: measures the speed on this machine, prints it, and writes results.md.
 
-All rows run once per round, for ROUNDS rounds, so that a temporary load affects all of them.
+All rows run once per round, so that a temporary load affects all of them.
 """
 
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from statistics import median
 
 from rich.console import Console
-from rich.table import Table
 
 from benchmarks.arrays import array_rate, in_process_rate
 from benchmarks.bare_zenoh import Sizes, bare_barrier
@@ -22,30 +18,12 @@ from benchmarks.convoy import convoy_rate
 from benchmarks.facts import facts
 from benchmarks.helics_federates import helics_steps
 from benchmarks.realtime import delivery_p99_ms
+from benchmarks.tables import Part, Row, markdown, rates_of, table_of
 from zenvoy.scenarios import Channel
 
-ROUNDS = 3
 RESULTS = Path(__file__).with_name("results.md")
 PACKAGES = ("eclipse-zenoh", "helics", "cavsandbox", "libsumo")
 VEHICLES, PERIOD_S = 40, 0.1  # as in the paper's case 15
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A row of a table; `rate` makes one short run and returns its rate in the table's unit."""
-
-    name: str
-    rate: Callable[[], float]
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A table, and a note that explains it; `ratios` adds the ratios to the first row."""
-
-    unit: str
-    rows: Sequence[Row]
-    note: str = ""
-    ratios: bool = False
 
 
 def _bare(vehicles: int, cycles: int) -> Row:
@@ -198,74 +176,10 @@ def main() -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     console = Console()
     measured_on = facts(PACKAGES)
-    rates = _rates(PARTS, console)
+    rates = rates_of(PARTS, console)
     for part in PARTS:
-        console.print(_table(part, rates))
-    RESULTS.write_text(_markdown(measured_on, PARTS, rates), encoding="utf-8")
-
-
-def _rates(parts: Sequence[Part], console: Console) -> dict[str, list[float]]:
-    """Run all rows in turn, ROUNDS times; return the rates of each row by name."""
-    rates: dict[str, list[float]] = {row.name: [] for part in parts for row in part.rows}
-    for round_ in range(1, ROUNDS + 1):
-        for part in parts:
-            for row in part.rows:
-                rate = row.rate()
-                rates[row.name].append(rate)
-                line = f"round {round_} of {ROUNDS}: {row.name}: {rate:,.1f} {part.unit}"
-                console.print(line, highlight=False)
-    return rates
-
-
-def _cells(rates: Sequence[float]) -> tuple[str, str]:
-    digits = 0 if median(rates) >= 20 else 1
-    middle, low, high = (f"{rate:,.{digits}f}" for rate in (median(rates), min(rates), max(rates)))
-    return middle, f"{low} to {high}"
-
-
-def _headers(part: Part) -> list[str]:
-    headers = ["what", f"{part.unit}, median of {ROUNDS}", "range"]
-    return [*headers, "ratio to the first row"] if part.ratios else headers
-
-
-def _row(part: Part, row: Row, rates: Mapping[str, Sequence[float]]) -> list[str]:
-    cells = [row.name, *_cells(rates[row.name])]
-    if not part.ratios:
-        return cells
-    pairs = zip(rates[row.name], rates[part.rows[0].name], strict=True)
-    return [*cells, f"{median(one / other for one, other in pairs):.1f}"]
-
-
-def _table(part: Part, rates: Mapping[str, Sequence[float]]) -> Table:
-    table = Table(*_headers(part))
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for row in part.rows:
-        table.add_row(*_row(part, row, rates))
-    return table
-
-
-def _markdown(
-    measured_on: Sequence[str], parts: Sequence[Part], rates: Mapping[str, Sequence[float]]
-) -> str:
-    lines = [
-        "# Benchmark results",
-        "",
-        f"Written by `python -m benchmarks`: medians of {ROUNDS} short runs, run in turn.",
-        "",
-        *measured_on,
-        "",
-    ]
-    for part in parts:
-        headers = _headers(part)
-        lines += [_line(headers), f"|---|{'---:|' * (len(headers) - 1)}"]
-        lines += [_line(_row(part, row, rates)) for row in part.rows]
-        lines += ["", part.note] if part.note else [""]
-    return "\n".join(lines)
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+        console.print(table_of(part, rates))
+    RESULTS.write_text(markdown(measured_on, PARTS, rates), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -6,10 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.conftest import Outcome, zenvoy
 from tests.logs import write_log
@@ -18,12 +15,10 @@ from zenvoy.analysis.chapters.overview import merits
 from zenvoy.analysis.compare.comparison import Compared, _difference, comparison, comparison_page
 from zenvoy.analysis.compare.pictures import Labelled, colours, comparison_pictures
 from zenvoy.analysis.log.load import load
-from zenvoy.analysis.measures.distribution import steps
 from zenvoy.analysis.measures.instants import instants_s
 from zenvoy.analysis.measures.summary import summary_of
 from zenvoy.analysis.page import style
 from zenvoy.analysis.page.section import Sheet
-from zenvoy.cli.labels import LabelError, labels_for
 
 BRAKE: Final = "events: [{vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 3}]"
 SCENARIOS: Final = {
@@ -195,59 +190,6 @@ def test_snapshots_are_at_times_that_all_runs_have(folder: Path) -> None:
     *_, snapshots, delays = comparison_pictures(labelled(folder, "pbcm", "other"))
     assert [axes.get_title("left") for axes in snapshots.draw().axes] == ["2 s", "3 s", "4 s"]
     assert [len(axes.lines) for axes in delays.draw().axes] == [2, 2]
-
-
-@given(st.lists(st.integers(min_value=-5, max_value=5), min_size=1))
-def test_steps_are_the_cumulative_shares(values: list[int]) -> None:
-    found = steps(np.array(values))
-    assert found is not None
-    for value, share in zip(*found, strict=True):
-        assert share == pytest.approx(sum(v <= value for v in values) / len(values))
-    assert found.share[-1] == 1.0
-    assert list(found.values) == sorted(set(values))
-
-
-def test_steps_of_many_values_are_few_and_correct() -> None:
-    values = np.random.default_rng(1).exponential(size=50_000)
-    found = steps(values)
-    assert found is not None
-    assert len(found.values) <= 1000
-    exact = np.searchsorted(np.sort(values), found.values, side="right") / values.size
-    assert found.share == pytest.approx(exact)
-    assert np.diff(found.share).max() < 0.0011
-    assert found.share[-1] == 1.0
-    assert steps(np.zeros(0)) is None
-
-
-@pytest.mark.parametrize(
-    ("logs", "names"),
-    [
-        (["a/x.mcap", "a/y.mcap"], ["x", "y"]),
-        (["a/run.mcap", "b/run.mcap"], ["a", "b"]),
-        (["p/a/run.mcap", "q/a/run.mcap"], ["p/a", "q/a"]),
-        (["a/run.mcap", "a/run.mcap"], ["run 1", "run 2"]),
-    ],
-)
-def test_runs_are_named_by_what_distinguishes_them(logs: list[str], names: list[str]) -> None:
-    assert labels_for([Path(log) for log in logs], []) == names
-    assert labels_for([Path(log) for log in logs], ["p", "q"]) == ["p", "q"]
-
-
-@pytest.mark.parametrize(
-    ("logs", "labels", "message"),
-    [
-        (["a.mcap"], [], "a.mcap: only one run; name two or more to compare"),
-        (["a", "b"], ["x"], "--label: 1 for 2 runs; give one per run, or none"),
-        (["a", "b"], ["x", "x"], "--label 'x': each run needs a name of its own"),
-        (["a", "b"], ["x", " "], "--label ' ': each run needs a name of its own"),
-    ],
-)
-def test_names_that_do_not_fit_are_refused(
-    logs: list[str], labels: list[str], message: str
-) -> None:
-    with pytest.raises(LabelError) as refused:
-        labels_for([Path(log) for log in logs], labels)
-    assert str(refused.value) == message
 
 
 def test_a_file_that_is_no_log_is_refused(folder: Path, tmp_path: Path) -> None:

@@ -7,16 +7,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from zenvoy.scenarios import (
-    Channel,
-    Control,
-    Fleet,
-    Scenario,
-)
+from zenvoy.bus import messages_pb2 as pb
+from zenvoy.bus.packed import PackedCodec
+from zenvoy.scenarios import Channel, Control, Fleet, Scenario
 
 Ints = NDArray[np.int64]
 
 SIZE: Final = 30
+MS_NS: Final = 1_000_000
 S_NS: Final = 1_000_000_000
 GAP_M: Final = 20.0
 POSITION: Final = np.arange(SIZE - 1, -1, -1.0) * GAP_M  # on a ring of 600 m, vehicle 1 ahead
@@ -25,6 +23,7 @@ SOURCE, DESTINATION = (
 )
 AROUND: Final = np.mod(POSITION[SOURCE] - POSITION[DESTINATION], 600.0)
 DISTANCE: Final = np.minimum(AROUND, 600.0 - AROUND)
+FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
 
 
 def scenario(channel: Channel, cycles: int = 40) -> Scenario:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from tests.channel.ring_of_thirty import (
     DESTINATION,
     DISTANCE,
+    MS_NS,
     POSITION,
     S_NS,
     SOURCE,
@@ -18,21 +18,9 @@ from tests.channel.ring_of_thirty import (
     within,
 )
 from tests.refused import refused
-from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.packed import PackedCodec
 from zenvoy.channel.conditions import Conditions, Impairments
 from zenvoy.links.sent_frames import Scene, SentFrames
-from zenvoy.scenarios import (
-    Channel,
-    GilbertElliott,
-    Latency,
-    Loss,
-    Rule,
-    technologies,
-)
-
-MS_NS: Final = 1_000_000
-FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
+from zenvoy.scenarios import Channel, GilbertElliott, Latency, Loss, Rule, technologies
 
 
 def frames(sequence: int) -> SentFrames:

@@ -2,36 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.channel.ring_of_thirty import (
-    POSITION,
-    S_NS,
-    SIZE,
-    Ints,
-    scenario,
-    within,
-)
+from tests.channel.ring_of_thirty import FRAMES, POSITION, S_NS, SIZE, Ints, scenario, within
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.mailbox import Mailbox
-from zenvoy.bus.packed import PackedCodec
 from zenvoy.bus.topics import BEACON, LINKS, POSITIONS, RECEIVE
 from zenvoy.channel.in_order import InOrder
 from zenvoy.channel.lock_step import LockStepChannel
 from zenvoy.links.sent_frames import SentFrames
-from zenvoy.scenarios import (
-    Channel,
-    Latency,
-    Loss,
-)
-
-MS_NS: Final = 1_000_000
-FRAMES: Final = PackedCodec(pb.Frames.DESCRIPTOR)
+from zenvoy.scenarios import Channel, Latency, Loss
 
 
 class Ran(NamedTuple):

@@ -13,13 +13,10 @@ from pathlib import Path
 from typing import Final
 
 import pytest
-from distributed.scheduler import KilledWorker
 
 from tests.conftest import command, wait_until, zenvoy
 from tests.dask_cluster import DaskCluster, dask_cluster
 from tests.idm import IDM
-from zenvoy.studies.sweeps.cluster.crew import killed
-from zenvoy.studies.sweeps.cluster.versions import difference, versions_here
 from zenvoy.studies.sweeps.errors import BadStudyError, NoClusterError
 from zenvoy.studies.sweeps.sweep import run_sweep
 
@@ -251,21 +248,3 @@ def test_without_dask_a_line_says_what_is_missing(
 
 def test_the_cluster_says_how_many_runs_go_at_a_time(tmp_path: Path) -> None:
     assert refused(tmp_path, jobs=2).startswith("--jobs: with --dask, the workers say how many")
-
-
-def test_a_worker_with_another_version_is_named() -> None:
-    needed = versions_here()
-    assert difference("tcp://w:1", needed, needed) is None
-    told = difference("tcp://w:1", needed | {"numpy": "1.26.4", "zenvoy": None}, needed)
-    assert told == (
-        f"worker tcp://w:1: zenvoy is missing (needed: {needed['zenvoy']}), "
-        f"numpy 1.26.4 (needed: {needed['numpy']})"
-    )
-
-
-def test_retries_that_are_used_up_are_counted() -> None:
-    class State:
-        address = "tcp://w:1"
-
-    error = KilledWorker("task", State(), 3)  # type: ignore[arg-type]  # all that is read of it
-    assert killed(error) == "its Dask worker died 4 times; the last one was tcp://w:1"
