@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from zenvoy.analysis.view.server import ADDRESS
+from zenvoy.analysis.view.listening import ADDRESS
 from zenvoy.cli.beside import Beside, let_requests_end
 from zenvoy.cli.terminal import errors, refuse, say
 from zenvoy.cli.viewing import until_asked_to_end

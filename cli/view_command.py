@@ -34,7 +34,7 @@ def view(
         _to_foxglove(log, port)
         return
     from zenvoy.analysis.log.records import LogError
-    from zenvoy.analysis.view.server import PortError, address_of, listener
+    from zenvoy.analysis.view.listening import PortError, address_of, listener
     from zenvoy.analysis.view.watched import WatchedRun
     from zenvoy.cli.viewing import show
 
@@ -58,7 +58,7 @@ def _to_foxglove(log: Path, port: int | None) -> None:
     refuse_without_foxglove()
     from zenvoy.analysis.log.records import LogError
     from zenvoy.analysis.view.growing_log import GrowingLog
-    from zenvoy.analysis.view.server import PortError
+    from zenvoy.analysis.view.listening import PortError
 
     def ready(port: int) -> None:
         say(f"{log} is served to Foxglove at {address_at(port)}  (Ctrl-C ends it)")

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Final
 
 from zenvoy.analysis.view.controls import NO_CONTROLS, Act, Controls
-from zenvoy.analysis.view.server import address_of, listener, serve
+from zenvoy.analysis.view.listening import address_of, listener
+from zenvoy.analysis.view.server import serve
 from zenvoy.bus.by_hand import Brake, Lose, ask, pair
 from zenvoy.bus.topics import vehicle_name
 from zenvoy.cli.beside import Beside, let_requests_end

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.growing_log import GrowingLog, Place
-from zenvoy.analysis.view.server import ADDRESS, PortError
+from zenvoy.analysis.view.listening import ADDRESS, PortError
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
 from zenvoy.bus.schemas import schema_of

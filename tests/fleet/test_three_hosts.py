@@ -126,7 +126,7 @@ def test_a_slow_host_is_named_as_the_one_that_holds_up_the_steps(
     ):
         served.wait_for_cycles(tmp_path / "out" / "run.mcap")
         slow.send_to_group(signal.SIGSTOP)
-        time.sleep(_SLOW_S)  # the host stands still for this long: that is the fault
+        time.sleep(_SLOW_S)  # the fault itself: how long the host stands still; longer is the same
         slow.send_to_group(signal.SIGCONT)
         outcome = served.wait()
     assert (outcome.code, outcome.err) == (0, "")
