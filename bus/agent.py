@@ -86,7 +86,7 @@ Decoder = Callable[[bytes], Any]
 """Decodes one message for all vehicles of a process; raises PayloadError."""
 
 JointDecoder = Callable[[Sequence[Parcel]], Any]
-"""Decodes messages of several vehicles to one object; None: they are to be decoded one by one.
+"""Decodes messages of several vehicles into one object, or returns None: decode each by itself.
 
 The object has the `cycle` and the `time_ns` of all these messages, and has passed all checks.
 """

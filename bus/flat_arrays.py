@@ -30,20 +30,20 @@ class FlatTable:
 
     def __init__(self, pieces: Sequence[Piece]) -> None:
         template, offsets, formats = bytearray(), [], []
-        fixed: list[bool] = []
+        fixed = []
         for piece in pieces:
+            fixed.append(np.arange(len(template), len(template) + len(piece.head)))
             template += piece.head
             offsets.append(len(template))
             formats.append((DTYPES[piece.code], (piece.many,) if piece.many else ()))
             width = np.dtype(formats[-1]).itemsize
             template += bytes(width)
-            fixed += [True] * len(piece.head) + [False] * width
         self.size = len(template)
         """The length of a message, bytes."""
         self.varints = tuple(piece.name for piece in pieces if piece.code == "B")
         """The enums and booleans. Any byte is read there; one above 127 is only part of a value."""
         self._template = bytes(template)
-        self._fixed = np.flatnonzero(fixed)
+        self._fixed = np.concatenate(fixed)
         self._dtype = np.dtype(
             {
                 "names": [piece.name for piece in pieces],

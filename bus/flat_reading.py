@@ -20,7 +20,8 @@ from zenvoy.bus.packed import read_varint
 
 # Any program that may write to a key can invent forms.
 _MOST_FORMS: Final = 200  # that are kept; a fleet has dozens
-_MOST_OF_A_SIZE: Final = 20  # of the messages that are read together
+_MOST_OF_A_SIZE: Final = 8  # that are kept of one size
+_MOST_NEW: Final = 20  # that are looked for in one read; a few are usual
 _LARGEST: Final = 16_384  # bytes; a vehicle that reports 700 frames sends less
 
 _WIDTHS: Final = {0: 1, 1: 8, 5: 4}  # bytes by wire type; a varint has one
@@ -39,55 +40,71 @@ class Alike(NamedTuple):
 class FlatReader:
     """Reads messages of numbers of fixed width, booleans, enums below 128, columns and messages.
 
-    It reads only what protobuf reads, and leaves the rest to protobuf: unknown fields, fields that
-    come twice, larger enums, messages above 16 kB, and messages without numbers.
+    It reads no message that protobuf refuses. It leaves these to protobuf: messages with unknown
+    fields, with fields that come twice, with larger enums, above 16 kB, or without numbers. In one
+    read it looks for 20 new forms at most, and leaves all others to protobuf, too.
     """
 
     def __init__(self, descriptor: Descriptor) -> None:
         self._descriptor = descriptor
-        self._tables: dict[int, FlatTable] = {}  # by size: the form of the last such message
+        self._forms: dict[int, list[FlatTable]] = {}  # by size of their messages
 
     def read(self, payloads: Sequence[bytes]) -> list[Alike] | None:
-        """Return the messages, grouped by form; None if any is of no such form.
+        """Return the messages, grouped by form; None if any is left to protobuf.
 
         The name of a field in a nested message has both names: `gap` of `ahead` is `ahead_gap`.
         Fields that a message leaves out are missing from its group.
         """
-        by_size = defaultdict[int, list[int]](list)
-        for at, payload in enumerate(payloads):
-            by_size[len(payload)].append(at)
-        found = []
-        for size, rows in by_size.items():
-            left = np.array(rows)
-            for _ in range(_MOST_OF_A_SIZE):
-                data = b"".join([payloads[at] for at in left.tolist()])
-                table = self._table(data[:size]) if size <= _LARGEST else None
-                if table is None:
-                    return None
-                fits = table.fits(data)
-                fields = table.rows(data)[fits]
-                if any((fields[name] > _LARGEST_VARINT).any() for name in table.varints):
-                    return None
-                found.append(Alike(left[fits], fields))
-                left = left[~fits]
-                if not len(left):
-                    break
-            else:
-                return None
-        return found
+        found, left = self.read_most(payloads)
+        return None if left else found
 
-    def _table(self, payload: bytes) -> FlatTable | None:
-        """Return the form of a message, or None if it has none."""
-        table = self._tables.get(len(payload))
-        if table is not None and table.fits(payload).all():
-            return table
+    def read_most(self, payloads: Sequence[bytes]) -> tuple[list[Alike], list[int]]:
+        """Return messages as `read` does, and the places of those that are left to protobuf."""
+        by_size = defaultdict[int, list[int]](list)
+        for place, payload in enumerate(payloads):
+            by_size[len(payload)].append(place)
+        found, left, more = list[Alike](), list[int](), _MOST_NEW
+        for size, rows in by_size.items():
+            at = np.array(rows)
+            while len(at):
+                data = b"".join([payloads[row] for row in at.tolist()])
+                form = self._known(data[:size])
+                if form is None and more and size <= _LARGEST:
+                    more -= 1
+                    form = self._found(data[:size])
+                    if form is None:
+                        left.append(int(at[0]))
+                        at = at[1:]
+                        continue
+                if form is None:
+                    left += at.tolist()
+                    break
+                fits = form.fits(data)
+                fields = form.rows(data)[fits]
+                is_whole = np.ones(len(fields), dtype=np.bool_)
+                for name in form.varints:
+                    is_whole &= fields[name] <= _LARGEST_VARINT
+                found.append(Alike(at[fits][is_whole], fields[is_whole]))
+                left += at[fits][~is_whole].tolist()
+                at = at[~fits]
+        return [one for one in found if len(one.at)], left
+
+    def _known(self, payload: bytes) -> FlatTable | None:
+        """Return the form of a message if an earlier one had it."""
+        forms = self._forms.get(len(payload), ())
+        return next((form for form in forms if form.fits(payload).all()), None)
+
+    def _found(self, payload: bytes) -> FlatTable | None:
+        """Return the form of a message, and keep it; None if it is not flat."""
         pieces = _form_of(self._descriptor, payload)
         if pieces is None:
             return None
-        if len(self._tables) >= _MOST_FORMS:
-            self._tables.clear()
-        table = self._tables[len(payload)] = FlatTable(pieces)
-        return table
+        if sum(map(len, self._forms.values())) >= _MOST_FORMS:
+            del self._forms[next(iter(self._forms))]
+        forms = self._forms.setdefault(len(payload), [])
+        forms.append(FlatTable(pieces))
+        del forms[:-_MOST_OF_A_SIZE]
+        return forms[-1]
 
 
 def _form_of(descriptor: Descriptor, payload: bytes) -> list[Piece] | None:

@@ -49,8 +49,8 @@ _OF_MESSAGE: Final = attrgetter(*_paths())
 class Commands(NamedTuple):
     """Some commands of one cycle: rows of `ROW`, (k,), and what their laws log, (k, values).
 
-    Values that a law does not log are NaN. alike: what the commands were read from; messages: the
-    same for rows that were read one by one.
+    Values that a law does not log are NaN. alike: the fields of the rows that were read as columns;
+    messages: the messages of all other rows, by row.
     """
 
     rows: Rows
@@ -79,9 +79,10 @@ class CommandReader:
     def flat(self, payloads: Sequence[bytes]) -> Commands | None:
         """Return at least one command as columns; None if any is not flat (see `FlatReader`)."""
         alike = self._reader.read(payloads)
-        if alike is None:
-            return None
-        found = self._empty(len(payloads))
+        return None if alike is None else self._columns_of(alike, len(payloads))
+
+    def _columns_of(self, alike: Sequence[Alike], count: int) -> Commands:
+        found = Commands(np.zeros(count, ROW), np.full((count, self._values), nan), alike)
         for at, fields in alike:
             names = set(fields.dtype.names or ())
             for name in names.intersection(ROW.names or ()):
@@ -89,23 +90,18 @@ class CommandReader:
             if "logged" in names:
                 count = min(fields["logged"].shape[1], self._values)
                 found.logged[at, :count] = fields["logged"][:, :count]
-        return found._replace(alike=alike)
+        return found
 
     def read(self, payloads: Sequence[bytes]) -> Commands:
         """Return at least one command as columns, whatever their form."""
-        flat = self.flat(payloads)
-        if flat is not None:
-            return flat
-        messages = {at: COMMAND.decode(payload) for at, payload in enumerate(payloads)}
-        found = self._empty(len(messages))
+        alike, left = self._reader.read_most(payloads)
+        found = self._columns_of(alike, len(payloads))
+        messages = {at: COMMAND.decode(payloads[at]) for at in left}
         for at, message in messages.items():
             found.rows[at] = _OF_MESSAGE(message)
             count = min(len(message.logged), self._values)
             found.logged[at, :count] = message.logged[:count]
         return found._replace(messages=messages)
-
-    def _empty(self, count: int) -> Commands:
-        return Commands(np.zeros(count, ROW), np.full((count, self._values), nan))
 
 
 def joined(parts: Sequence[Commands]) -> Commands:

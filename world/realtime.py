@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any, Final
 
 from zenvoy.bus import messages_pb2 as pb
@@ -174,12 +175,20 @@ class RealtimeWorld:
         return self._cycle - self._lag
 
     def act(self, now_ns: int) -> list[Envelope]:
-        """Log a cycle that has ended; if there is none, begin the next one."""
+        """Log a cycle that has ended; if there is none, begin the next one.
+
+        Commands that wait become columns with the log, when nobody waits for the world. If others
+        wait when a cycle is due, that is all this call does: the cycle begins with the next call,
+        which tells how late it is.
+        """
         if self._ended is not None:
+            self._take_effect()
             ended, self._ended = self._ended, None
             return self._rows_of(ended)
+        if self._commands.wait_for_columns:
+            self._take_effect()
+            return []
         start_ns = self._cycle * self._period_ns
-        self._take_effect()
         self._release(start_ns)
         cycle, self._cycle = self._cycle, self._cycle + 1
         self._began_ns[cycle] = now_ns
@@ -188,7 +197,7 @@ class RealtimeWorld:
             self._ended = self._end(cycle - self._lag)
         commands = None if self._ended is None else self._ended.commands.fleet
         begun = self._core.begin(cycle, self._wall_start_ns)
-        events, self._events = self._events, []
+        events, self._events = sorted(self._events, key=attrgetter("time_ns")), []
         return [
             *begun.messages,
             *begun.rows,
@@ -197,16 +206,15 @@ class RealtimeWorld:
         ]
 
     def _take_effect(self) -> None:
-        """Let the commands take effect that have arrived since the last cycle began."""
+        """Let the commands take effect that wait."""
         for arrived in self._commands.arrived():
             rows = arrived.commands.rows
             self._core.take_in(rows)
             self._events += self._silent.heard(rows, arrived.came_ns)
-            if arrived.commands.cycle >= self._oldest:
-                self._commands.keep(arrived)
+            self._commands.keep(arrived, self._oldest)
 
     def _release(self, until_ns: int) -> None:
-        """Let vehicles roll from when they have sent no command for too long."""
+        """Let vehicles roll that have fallen silent, from that instant on."""
         silent = self._silent.falling_silent(until_ns)
         for event in silent:
             self._core.let_roll(event.vehicle, event.time_ns)
@@ -219,7 +227,7 @@ class RealtimeWorld:
             cycle=cycle,
             began_ns=self._began_ns.pop(cycle),
             tables=self._tables.take_out(cycle),
-            # Before the commands of `cycle` are taken out: it is the same if vehicles wait.
+            # Read before `take_out`: with a v2v_wait, `decided` is `cycle`.
             receivers=self._commands.parts(decided) if decided < self._cycles else None,
             commands=self._commands.take_out(cycle),
         )

@@ -1,4 +1,4 @@
-"""Commands in real time: they wait for the next cycle, and stay until their own is logged."""
+"""Commands in real time: they wait for each other, and stay until their cycle is logged."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class _Waiting:
 class RealtimeCommands:
     """The commands of a fleet of `size`; for each vehicle, their cycles ascend.
 
-    Columns of a single command would take 0.3 ms to make. So commands wait, and those of one cycle
-    become columns together when the next cycle begins.
+    Columns of a single command would take 0.35 ms to make. So commands wait, and those of one cycle
+    become columns together.
     """
 
     def __init__(
@@ -55,19 +55,24 @@ class RealtimeCommands:
         self._waiting: defaultdict[int, _Waiting] = defaultdict(_Waiting)
         self._kept: dict[int, CycleCommands] = {}
 
+    @property
+    def wait_for_columns(self) -> bool:
+        """Whether commands wait."""
+        return bool(self._waiting)
+
     def are_newer(self, vehicles: Sequence[int], cycle: int) -> bool:
-        """Return whether no vehicle has sent a command for that cycle, or a later one."""
+        """Return whether none of these vehicles has sent a command for a cycle, or a later one."""
         return all(self._newest.item(vehicle - 1) < cycle for vehicle in vehicles)
 
     def wait(self, vehicle: int, cycle: int, payload: bytes, came_ns: int) -> None:
-        """Let a command that is newer than those of its vehicle wait."""
+        """Keep a command until `arrived`; it must be newer than all others of its vehicle."""
         self._newest[vehicle - 1] = cycle
         waiting = self._waiting[cycle]
         waiting.payloads.append(payload)
         waiting.came_ns.append(came_ns)
 
     def wait_together(self, commands: Commands, came_ns: int) -> None:
-        """Let commands of one cycle wait, each newer than those of its vehicle."""
+        """Keep commands of one cycle until `arrived`, each as `wait` does."""
         self._newest[commands.rows["vehicle"].astype(np.intp) - 1] = commands.cycle
         self._waiting[commands.cycle].together.append((commands, came_ns))
 
@@ -85,9 +90,11 @@ class RealtimeCommands:
             rows["effective_ns"] = np.maximum(rows["effective_ns"], found.came_ns)
             yield found
 
-    def keep(self, arrived: Arrived) -> None:
-        """Keep commands until `take_out` asks for their cycle."""
+    def keep(self, arrived: Arrived, oldest: int) -> None:
+        """Keep commands until `take_out` asks for their cycle, if that is `oldest` or later."""
         cycle = arrived.commands.cycle
+        if cycle < oldest:
+            return
         if cycle not in self._kept:
             self._kept[cycle] = CycleCommands(self._no_commands())
         kept = self._kept[cycle]

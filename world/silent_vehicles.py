@@ -15,7 +15,9 @@ Ints = NDArray[np.int64]
 
 
 class SilentVehicles:
-    """A vehicle is silent if none of its commands has taken effect for `beacon_age_limit_ms`.
+    """A vehicle is silent `beacon_age_limit_ms` after the effect of its newest command.
+
+    Without any command, this time counts from 0.
 
     What a vehicle does whose process the scenario has killed or frozen is up to the scenario.
     """
@@ -38,7 +40,7 @@ class SilentVehicles:
         ]
 
     def falling_silent(self, until_ns: int) -> Sequence[pb.Event]:
-        """Return who has fallen silent since the last call, and when, up to an instant."""
+        """Note who falls silent up to an instant, and return when each did."""
         for vehicle in self._attendance.absences:
             if not self._attendance.takes_part(vehicle, until_ns // self._period_ns):
                 self._acts_ns[vehicle - 1] = until_ns

@@ -160,3 +160,21 @@ def test_messages_in_very_many_forms_are_left_to_protobuf() -> None:
         payloads.append(command.SerializeToString())
     assert FlatReader(pb.Command.DESCRIPTOR).read(payloads) is None
     assert FlatReader(pb.Command.DESCRIPTOR).read(payloads[:3]) is not None
+
+
+def test_a_message_that_is_not_flat_leaves_the_others_flat() -> None:
+    payloads = [pb.Command(cycle=cycle).SerializeToString() for cycle in (1, 2, 3, 4)]
+    payloads[2] += b"\xa0\x06\x01"  # an unknown field
+    payloads.insert(0, b"\xa0\x06\x01\x00\x00")  # as long as the others
+    found, left = FlatReader(pb.Command.DESCRIPTOR).read_most(payloads)
+    assert left == [0, 3]
+    ((at, fields),) = found
+    assert at.tolist() == [1, 2, 4]
+    assert fields["cycle"].tolist() == [1, 2, 4]
+
+
+def test_very_many_sizes_become_known_over_several_reads() -> None:
+    reader = FlatReader(pb.Command.DESCRIPTOR)
+    payloads = [pb.Command(logged=[1.0] * n).SerializeToString() for n in range(1, 51)]
+    left = [len(reader.read_most(payloads)[1]) for _ in range(4)]
+    assert left == [30, 10, 0, 0]

@@ -13,4 +13,5 @@ def gap_error() -> ReadingError:
 
 
 def speed_error() -> ReadingError:
+    """Return the same for a speed, m/s."""
     return ReadingError(0.1 / math.sqrt(3), 30.0)
