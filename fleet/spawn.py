@@ -96,10 +96,9 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
             _flush()
             os.kill(os.getpid(), signal.SIGKILL)
         _leave(DONE)
-    # Everything is caught, SystemExit and KeyboardInterrupt too: what left this function would run
-    # the parent's handlers in the child, as a second parent. `_status` reports it, and it becomes
-    # the exit status.
-    except BaseException as error:  # noqa: BLE001
+    # Nothing may leave this function, not even SystemExit: after a fork, the frames below belong to
+    # the parent, and its handlers would run a second time. `_status` reports each error.
+    except BaseException as error:  # noqa: BLE001 - a fork must not unwind into its parent
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:

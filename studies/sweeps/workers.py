@@ -77,9 +77,9 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
     be_worker(parent)
     try:
         do(task)
-    # A user's own law or scenario may raise anything. Its run fails with that error in the table of
-    # the study, and the other runs go on; signals and exits still end the worker.
-    except Exception as error:  # noqa: BLE001
+    # Nothing is swallowed: the error is the result of this task, and stands in the table of the
+    # study, while the other runs go on. Without this, the parent would only learn "exit code 1".
+    except Exception as error:  # noqa: BLE001 - a user's own law or measure may raise anything
         writer.send(in_one_line(error))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +11,7 @@ from pathlib import Path
 import zenoh
 
 from tests.chaos.cases import CYCLES, PAUSE_S, STALL_LIMIT_S, Case
-from tests.conftest import Command
+from tests.conftest import Command, let_pass
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import CLOCK
@@ -61,9 +60,9 @@ def strike(started: Command, case: Case, out: Path) -> pb.Clock:
         first = "world" if case.victim == "command" else case.process
         if not started.has_children({first}):
             raise TooLateError
-        # The moment is random on purpose, and no message marks it. What the test expects holds for
-        # every moment of a start, so nothing depends on how long this really takes.
-        time.sleep(0.3 * case.at)
+        # The moment is random on purpose, so there is no fact to wait for. What the test expects
+        # holds at every moment of a start.
+        let_pass(0.3 * case.at)
         if case.victim == "command":  # it may be gone at once, and its children have other parents
             started.wait_for_children(set())
         _hit(started, case)
@@ -95,12 +94,10 @@ def go_on_later(started: Command, case: Case) -> None:
     """Let a stopped process go on, if the case says so."""
     if case.victim == "command":
         standstill_s = PAUSE_S if case.blow == "STOP 3 s" else STALL_LIMIT_S + 2.0
-        # The fault itself: how long the victim stands still. Nothing is awaited, and a longer
-        # standstill is the same fault.
-        time.sleep(standstill_s)
+        let_pass(standstill_s)
         started.send(signal.SIGCONT)
     elif case.blow == "STOP 3 s":
-        time.sleep(PAUSE_S)  # the fault itself, as above
+        let_pass(PAUSE_S)
         try:
             started.send_to_child(case.process, signal.SIGCONT)
         except ProcessLookupError:

@@ -78,14 +78,10 @@ def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Pa
         assert row.decided_ns[1] >= row.time_ns + 50_000_000  # not before v2v_wait
 
 
-# This program must be compiled first, with g++, protoc, and headers of protobuf and of a JSON
-# library. Zenvoy itself needs none of them, and `make test` has to pass without. `make
-# external-cpp` builds the program and runs this test; the test above takes the same steps in Python
-# on every machine.
 @pytest.mark.skipif(
     IN_CPP is None,
-    reason="ZENVOY_VEHICLE_CPP names no compiled C++ example; `make external-cpp` compiles it and "
-    "runs this test",
+    reason="the C++ example needs g++, protoc and headers of protobuf, which Zenvoy does not; "
+    "`make external-cpp` compiles it and runs this test; the test above does the same in Python",
 )
 def test_a_vehicle_in_another_language_drives_in_a_fleet(tmp_path: Path, messages: Path) -> None:
     assert IN_CPP is not None

@@ -7,7 +7,6 @@ import os
 import re
 import resource
 import signal
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.conftest import Command, command, wait_until
+from tests.conftest import Command, command, let_pass, wait_until
 from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import CHUNK_BYTES
@@ -209,9 +208,7 @@ def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:
     with running(tmp_path, "--set", "stall_limit_s=1") as started:
         log = tmp_path / "out" / "run.mcap"
         started.send_to_group(signal.SIGSTOP)
-        # The fault itself: a standstill past the stall limit of 1 s. All processes of the run are
-        # stopped, so none can say how long it has been.
-        time.sleep(2.5)
+        let_pass(2.5)  # past the stall limit
         size = log.stat().st_size
         started.send_to_group(signal.SIGCONT)
         wait_until(lambda: log.stat().st_size > 2 * size, "the run goes on")
