@@ -31,14 +31,14 @@ _OVERRUN_NS: Final = 1_000_000  # of wall time; a cycle that begins later than t
 class _EndedCycle:
     """All messages about a cycle that has ended.
 
-    receivers: the commands that should use its frames; None if the run ends before.
+    receivers: the commands that should use its frames, of this cycle or the next.
     """
 
     cycle: int
     began_ns: int
     tables: list[FrameTable]
     commands: CycleCommands
-    receivers: Sequence[Arrived] | None
+    receivers: Sequence[Arrived]
 
 
 class RealtimeWorld:
@@ -222,24 +222,23 @@ class RealtimeWorld:
 
     def _end(self, cycle: int) -> _EndedCycle:
         """Collect all messages about a cycle that is to be logged."""
-        decided = cycle + self._decided_later
         return _EndedCycle(
             cycle=cycle,
             began_ns=self._began_ns.pop(cycle),
             tables=self._tables.take_out(cycle),
-            # Read before `take_out`: with a v2v_wait, `decided` is `cycle`.
-            receivers=self._commands.parts(decided) if decided < self._cycles else None,
+            receivers=self._commands.parts(cycle + self._decided_later),
             commands=self._commands.take_out(cycle),
         )
 
     def _rows_of(self, ended: _EndedCycle) -> list[Envelope]:
         """Return the rows of the log for a cycle that has ended."""
         cycle, start_ns = ended.cycle, ended.cycle * self._period_ns
-        there = self._attendance.there(cycle + self._decided_later)
-        timings = self._timings(ended.commands.parts)
-        receivers = None if ended.receivers is None else timings
-        if ended.receivers is not None and self._decided_later:
-            receivers = self._timings(ended.receivers)
+        size, decided = len(self._vehicles), cycle + self._decided_later
+        timings = Timings(size, ended.commands.parts)
+        receivers = None
+        if decided < self._cycles:
+            receivers = Timings(size, ended.receivers) if self._decided_later else timings
+        there = self._attendance.there(decided)
         frames = frames_of(cycle, start_ns, ended.tables, receivers, there)
         timing = realtime_row(
             cycle=cycle,
@@ -249,10 +248,3 @@ class RealtimeWorld:
             timings=timings,
         )
         return [*self._core.rows(cycle, frames, ended.commands.fleet), timing]
-
-    def _timings(self, parts: Sequence[Arrived]) -> Timings:
-        """Return what commands of a cycle report."""
-        timings = Timings(len(self._vehicles))
-        for commands, came_ns in parts:
-            timings.put(commands, came_ns)
-        return timings

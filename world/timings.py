@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -20,14 +20,19 @@ FRAME: Final = np.dtype([(name, "<i8") for name in ("destination", *_OF_FRAMES)]
 
 
 class Timings:
-    """The timing of the commands of a fleet for a cycle. Times are (size,)."""
+    """The timing of the commands of a fleet for a cycle. Times are (size,).
 
-    def __init__(self, size: int) -> None:
+    parts: commands, and when each arrived, as for `put`.
+    """
+
+    def __init__(self, size: int, parts: Iterable[tuple[Commands, NDArray[np.int64]]] = ()) -> None:
         self.commanded_ns = np.full(size, -1)
         """When the command of a vehicle arrived; -1: not at all."""
         self.times = {name: np.full(size, default) for name, default in _TIMES.items()}
         """The times of `pb.Timing`, by name; -1, and an offset of 0, if none is known."""
         self._frames: list[Rows] = []
+        for commands, came_ns in parts:
+            self.put(commands, came_ns)
 
     @property
     def frames(self) -> Rows:

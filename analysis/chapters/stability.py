@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Final
 
+from zenvoy.analysis.chapters.mode_sheets import mode_sheet
 from zenvoy.analysis.chapters.stability_pictures import (
     followers,
     frequency_picture,
@@ -13,7 +14,7 @@ from zenvoy.analysis.chapters.stability_pictures import (
     settled,
     wave_picture,
 )
-from zenvoy.analysis.chapters.stability_sheets import figure_sheet, mode_sheet, stretch_sheet
+from zenvoy.analysis.chapters.stability_sheets import figure_sheet, stretch_sheet
 from zenvoy.analysis.chapters.stability_vehicles import vehicle_sheet
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.page.section import Picture, Section

@@ -10,6 +10,7 @@ from statistics import mean
 import numpy as np
 from numpy.typing import NDArray
 
+from zenvoy.analysis.chapters.mode_sheets import slowest
 from zenvoy.analysis.chapters.stability_pictures import EXCITED, followers
 from zenvoy.analysis.chapters.stability_vehicles import gains_beside, pair
 from zenvoy.analysis.log.load import Run
@@ -35,7 +36,7 @@ def figure_sheet(run: Run, case: Disturbed, modes: Modes) -> Sheet:
         name="stability-figures",
         title="String stability in figures",
         columns=("figure", "unit", "measured", "theory"),
-        rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *_slowest(modes)),
+        rows=(*_gains(case), *_one_pair(run, case), *_waves(run, case), *slowest(modes)),
         note=f"The figures cover {case.time_s[0]:g} to {case.time_s[-1]:g} s, after vehicle "
         f"{disturbance.vehicle} was disturbed ({disturbance.kind}: {disturbance.text}).{theory}",
     )
@@ -162,34 +163,6 @@ def _over_the_road(what: str, both: Sequence[float | None]) -> list[Row]:
     return rows
 
 
-def _slowest(modes: Modes) -> list[Row]:
-    row = modes.slowest
-    if row is None:
-        return []
-    both = (row.measured, row.theory)
-    return [
-        (
-            f"slowest mode ({row.number}), growth rate",
-            "1/s",
-            *(found.rate if found else None for found in both),
-        ),
-        (
-            f"slowest mode ({row.number}), frequency",
-            "rad/s",
-            *(found.omega if found else None for found in both),
-        ),
-        (
-            f"slowest mode ({row.number}), half-life",
-            "s",
-            *(_half_life(found.rate) if found else None for found in both),
-        ),
-    ]
-
-
-def _half_life(rate: float) -> float | None:
-    return math.log(2.0) / -rate if rate < 0.0 else None
-
-
 def stretch_sheet(run: Run, case: Disturbed) -> Sheet:
     """Return a row per linear stretch, with gains of speed fluctuations around each mean."""
     return Sheet(
@@ -224,37 +197,4 @@ def _stretch_row(run: Run, case: Disturbed, stretch: Stretch) -> Row:
         float(found.l2[last] / found.l2[source]) if moved else None,
         float(found.linf[last] / found.linf[source]) if moved else None,
         max(steps, default=None),
-    )
-
-
-def mode_sheet(modes: Modes) -> Sheet:
-    """Return a row per mode of the ring."""
-    rows: list[Row] = []
-    for row in modes.rows:
-        measured, theory = row.measured, row.theory
-        rows.append(
-            (
-                row.number,
-                measured.rate if measured else None,
-                theory.rate if theory else None,
-                measured.omega if measured else None,
-                theory.omega if theory else None,
-                measured.r2 if measured else None,
-            )
-        )
-    return Sheet(
-        name="stability-modes",
-        title="Modes of the ring",
-        columns=(
-            "mode",
-            "growth rate, 1/s",
-            "growth rate, theory, 1/s",
-            "frequency, rad/s",
-            "frequency, theory, rad/s",
-            "R² of the fit",
-        ),
-        rows=tuple(rows),
-        note="Mode n has n waves round the ring. A negative growth rate is a decay. A mode is "
-        "measured if it is clearly stronger than before the disturbance, and if two exponents "
-        "describe it, or three if actuators have a lag.",
     )

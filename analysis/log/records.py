@@ -3,6 +3,9 @@
 The readers of the `mcap` package raise various errors where a file ends early, trust every size in
 it, and make an object of each message. Here an incomplete record ends the file, sizes are limited,
 and a message is a view of its chunk.
+
+A pass is one state over the whole file: each kind of record changes what the next may be. So its
+steps share a module, although it is long.
 """
 
 from __future__ import annotations

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import datetime
 from decimal import Decimal
-from itertools import pairwise
 from typing import Final
 
 from zenvoy.scenarios.reading.columns import Choice, RecordingError, columns_of, no_header
 from zenvoy.scenarios.reading.grid import Grid, Row, grid_of
+from zenvoy.scenarios.reading.points import between, longest_gap, scaled
 from zenvoy.scenarios.schema.units import SPEEDS, TIMES, Ratio, split_header, unit_named
 from zenvoy.values.wording import listed, shown
 
@@ -97,7 +97,7 @@ class _Reader:
             first_time=str(present[0][1]) if present else "",
             from_first=from_first,
             missing=len(read) - len(present),
-            longest_gap_s=_longest_gap(read, lines, times),
+            longest_gap_s=longest_gap(read, lines, times),
             raised=raised,
             others=len(rows) - len(chosen),
         )
@@ -198,7 +198,7 @@ class _Reader:
         if any(isinstance(time, datetime) for time in given):
             return self._dates(present, from_first=from_first)
         if not from_first:
-            return [_scaled(str(time), ratio) for time in given]
+            return [scaled(str(time), ratio) for time in given]
         exact = [Decimal(str(time)) for time in given]
         return [float((time - exact[0]) * ratio[0] / ratio[1]) for time in exact]
 
@@ -212,7 +212,7 @@ class _Reader:
             return []
         first, seconds = present[0][1], []
         for line, time, _ in present:
-            passed = _between(first, time)
+            passed = between(first, time)
             if passed is None:
                 text = f"{shown(str(time))} and the first time are not dates of one kind"
                 self._problems.append((line, "", text))
@@ -225,37 +225,6 @@ class _Reader:
         present: Sequence[tuple[int, object, str | None]], ratio: Ratio
     ) -> tuple[list[float], int]:
         """Return the speeds in m/s, and how many were slightly below 0."""
-        speeds = [_scaled(speed, ratio) for _, _, speed in present if speed is not None]
+        speeds = [scaled(speed, ratio) for _, _, speed in present if speed is not None]
         raised = sum(_STANDSTILL_MPS <= speed < 0.0 for speed in speeds)
         return [0.0 if _STANDSTILL_MPS <= speed < 0.0 else speed for speed in speeds], raised
-
-
-def _between(first: str | datetime, time: str | datetime) -> timedelta | None:
-    """Return the time between two dates; None if one is not a date, or only one has a time zone."""
-    if not (isinstance(first, datetime) and isinstance(time, datetime)):
-        return None
-    if (first.utcoffset() is None) != (time.utcoffset() is None):
-        return None
-    return time - first
-
-
-def _scaled(cell: str, ratio: Ratio) -> float:
-    """Return a number times a ratio, rounded once."""
-    if ratio[0] == ratio[1]:
-        return float(cell)
-    return float(Decimal(cell) * ratio[0] / ratio[1])
-
-
-def _longest_gap(
-    read: Sequence[tuple[int, object, str | None]], lines: Sequence[int], times: Sequence[float]
-) -> float:
-    """Return the longest time between two points around rows without a speed, s."""
-    missing = {line for line, _, speed in read if speed is None}
-    if not missing:
-        return 0.0
-    gaps = (
-        after - before
-        for (line, before), (next_line, after) in pairwise(zip(lines, times, strict=True))
-        if any(between in missing for between in range(line + 1, next_line))
-    )
-    return max(gaps, default=0.0)

@@ -1,4 +1,7 @@
-"""The log can be read with only `mcap` and the descriptors inside the file."""
+"""The log can be read with only `mcap` and the descriptors inside the file.
+
+All tests read the log of one run of 40 processes, which takes seconds, so they share a module.
+"""
 
 from __future__ import annotations
 

@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import (
-    Motion,
     Observation,
-    Output,
     Relative,
     Setpoint,
     builtin,
     clipped,
-    larger,
-    law_of,
-    root,
-    smaller,
-    where,
 )
-from zenvoy.laws.library import bcm, cacc, fm, mbcm
+from zenvoy.laws.library import bcm, fm, mbcm
 
 WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
 REST = Relative(37.5, 0.0)
@@ -43,13 +34,6 @@ def multi_node(
     sides: tuple[tuple[Relative, Relative], ...], own: mbcm.Parameters, v: float
 ) -> float:
     return float(mbcm.multi_node(Observation(v, WANTED, sides=sides), own))
-
-
-def cooperative(
-    ahead: Relative, predecessor: Motion, leader: Motion, v: float, own: cacc.Parameters
-) -> float:
-    seen = Observation(v, WANTED, ahead, predecessor=predecessor, leader=leader)
-    return float(cacc.cooperative(seen, own))
 
 
 @pytest.mark.parametrize(
@@ -102,9 +86,6 @@ def test_acceleration_is_limited(a: float, within: float) -> None:
     assert clipped(a, 0.4) == max(-0.4, min(0.4, a))
 
 
-# --- MBCM ---
-
-
 @pytest.mark.parametrize(
     ("kind", "m", "weights"),
     [
@@ -143,111 +124,6 @@ def test_multi_node_of_one_is_bilateral(
     ahead, behind = Relative(p, v), Relative(p_behind, v_behind)
     one = multi_node(((ahead, behind),), mbcm.Parameters(1), own)
     assert one == pytest.approx(bilateral(ahead, behind, own), abs=1e-9)
-
-
-# --- CACC ---
-
-STEADY = Motion(30.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("ahead", "predecessor", "leader", "v", "a"),
-    [
-        (REST, STEADY, STEADY, 30.0, 0.0),
-        # c1 = 0.5, xi = 1, omega_n = 0.2: alphas 0.5, 0.5, -0.3, -0.1, -0.04 (Plexe)
-        (REST, Motion(30.0, 1.0), STEADY, 30.0, 0.5),
-        (REST, STEADY, Motion(30.0, -2.0), 30.0, -1.0),
-        (Relative(37.5, 2.0), STEADY, STEADY, 30.0, 0.6),
-        (REST, STEADY, Motion(28.0, 0.0), 30.0, -0.2),
-        (Relative(47.5, 0.0), STEADY, STEADY, 30.0, 0.4),
-    ],
-)
-def test_cooperative_by_hand(
-    ahead: Relative, predecessor: Motion, leader: Motion, v: float, a: float
-) -> None:
-    assert cooperative(ahead, predecessor, leader, v, cacc.Parameters()) == pytest.approx(
-        a, abs=1e-12
-    )
-
-
-@pytest.mark.parametrize(
-    ("predecessor", "leader", "own", "a"),
-    [
-        # half of each command; the accelerations that act do not count
-        (
-            Motion(30.0, 9.0, command=1.0),
-            Motion(30.0, 9.0, command=-3.0),
-            {"commanded": True},
-            -1.0,
-        ),
-        # 0.3 times the reported speed of the vehicle ahead; the radar's does not count
-        (Motion(32.0, 0.0), STEADY, {"reported_speed": True}, 0.6),
-    ],
-)
-def test_cooperative_as_in_plexe(
-    predecessor: Motion, leader: Motion, own: dict[str, bool], a: float
-) -> None:
-    ahead = Relative(37.5, 0.0)
-    assert cooperative(ahead, predecessor, leader, 30.0, cacc.Parameters(**own)) == pytest.approx(
-        a, abs=1e-12
-    )
-
-
-def test_cooperative_with_more_damping() -> None:
-    law = cacc.Parameters(c1=0.25, xi=1.25, omega_n=0.4)
-    # xi + sqrt(xi² - 1) = 2: alpha_3 = -(2.5 - 0.5) 0.4 = -0.8, alpha_4 = -0.25 · 2 · 0.4 = -0.2
-    ahead = Relative(38.5, 1.0)
-    a = cooperative(ahead, Motion(0.0, 0.4), Motion(29.0, 0.8), 30.0, law)
-    assert a == pytest.approx(0.75 * 0.4 + 0.25 * 0.8 + 0.8 - 0.2 + 0.16, abs=1e-12)
-
-
-# --- floats and arrays ---
-
-NUMBERS = st.floats(-1e3, 1e3)
-ROWS = st.lists(st.tuples(*[NUMBERS] * 9), min_size=1, max_size=5)
-
-
-@pytest.mark.parametrize("name", list(builtin()))
-@given(rows=ROWS)
-def test_a_law_gives_the_same_bits_on_arrays(name: str, rows: list[tuple[float, ...]]) -> None:
-    law = law_of(name)
-    own = law.parameters()
-
-    def seen(values: Any) -> Observation:
-        speed, p, v, p_behind, v_behind, a, leader_v, leader_a, k_d = values
-        ahead, behind = Relative(p, v), Relative(p_behind, v_behind)
-        return Observation(
-            speed,
-            WANTED._replace(k_d=k_d),
-            ahead,
-            behind,
-            sides=((ahead, behind), (behind, ahead)),
-            predecessor=Motion(speed, a, distance=p, age_s=0.05, command=leader_a, steps=1.0),
-            leader=Motion(leader_v, leader_a, distance=3.0 * p, age_s=0.1, command=a, steps=3.0),
-            state=tuple(value + 0.0 * speed for value in law.state),
-            period_s=0.1,
-            acceleration=0.1 * v,
-            length_m=5.0,
-        )
-
-    one_by_one = [numbers(law.acceleration(seen(row), own)) for row in rows]
-    together = numbers(law.acceleration(seen(np.array(rows).T), own))
-    np.testing.assert_array_equal(np.array(together).T, one_by_one)
-
-
-def numbers(returned: Any) -> list[Any]:
-    """Return all that a law returns."""
-    output = returned if isinstance(returned, Output) else Output(returned)
-    return [output.acceleration, *output.logged, *output.state]
-
-
-@given(a=st.floats(), b=st.floats(), limit=st.floats(0, 1e3))
-def test_choices_are_the_same_on_arrays(a: float, b: float, limit: float) -> None:
-    for choose in (smaller, larger):
-        np.testing.assert_array_equal(choose(np.array([a]), np.array([b])), [choose(a, b)])
-    np.testing.assert_array_equal(clipped(np.array([a]), limit), [clipped(a, limit)])
-    np.testing.assert_array_equal(root(np.array([a])), [root(a)])
-    np.testing.assert_array_equal(where(np.array([a > b]), a, b), [where(a > b, a, b)])
 
 
 def test_the_modes_of_the_library_are_those_of_the_messages() -> None:
