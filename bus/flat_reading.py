@@ -69,16 +69,16 @@ class FlatReader:
             while len(at):
                 data = b"".join([payloads[row] for row in at.tolist()])
                 form = self._known(data[:size])
-                if form is None and more and size <= _LARGEST:
-                    more -= 1
-                    form = self._found(data[:size])
-                    if form is None:
-                        left.append(int(at[0]))
-                        at = at[1:]
-                        continue
-                if form is None:
+                if form is None and (not more or size > _LARGEST):
                     left += at.tolist()
                     break
+                if form is None:
+                    more -= 1
+                    form = self._found(data[:size])
+                if form is None:
+                    left.append(int(at[0]))
+                    at = at[1:]
+                    continue
                 fits = form.fits(data)
                 fields = form.rows(data)[fits]
                 is_whole = np.ones(len(fields), dtype=np.bool_)

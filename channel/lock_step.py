@@ -60,10 +60,8 @@ class LockStepChannel:
 
     def _together(self, parcels: Sequence[Parcel]) -> Beacons | None:
         """Return the beacons of the vehicles of a shared process; None if any is in doubt."""
-        beacons, takes_part = (
-            self._core.beacon_reader.together(parcels),
-            self._attendance.takes_part,
-        )
+        beacons = self._core.beacon_reader.together(parcels)
+        takes_part = self._attendance.takes_part
         if beacons is None or not all(takes_part(one, beacons.cycle) for one in beacons.sent):
             return None
         return beacons

@@ -36,6 +36,6 @@ def longest_gap(
     gaps = (
         after - before
         for (line, before), (next_line, after) in pairwise(zip(lines, times, strict=True))
-        if any(between in missing for between in range(line + 1, next_line))
+        if any(skipped in missing for skipped in range(line + 1, next_line))
     )
     return max(gaps, default=0.0)

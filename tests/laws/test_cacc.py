@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from zenvoy.laws import Motion, Observation, Relative, Setpoint
+from tests.laws.by_hand import REST, WANTED
+from zenvoy.laws import Motion, Observation, Relative
 from zenvoy.laws.library import cacc
 
-WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
-REST = Relative(37.5, 0.0)
 STEADY = Motion(30.0, 0.0)
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.laws.by_hand import REST, WANTED
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.laws import (
     Observation,
@@ -17,9 +18,6 @@ from zenvoy.laws import (
     clipped,
 )
 from zenvoy.laws.library import bcm, fm, mbcm
-
-WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
-REST = Relative(37.5, 0.0)
 
 
 def following(ahead: Relative, v: float, setpoint: Setpoint = WANTED) -> float:

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.laws.by_hand import WANTED
 from zenvoy.laws import (
     Motion,
     Observation,
     Output,
     Relative,
-    Setpoint,
     builtin,
     clipped,
     larger,
@@ -24,7 +24,6 @@ from zenvoy.laws import (
     where,
 )
 
-WANTED = Setpoint(k_d=0.1, k_v=0.5, k_c=0.05, p_des=37.5, v_des=30.0)
 NUMBERS = st.floats(-1e3, 1e3)
 ROWS = st.lists(st.tuples(*[NUMBERS] * 9), min_size=1, max_size=5)
 
