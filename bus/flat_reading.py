@@ -21,7 +21,7 @@ from zenvoy.bus.packed import read_varint
 # Any program that may write to a key can invent forms.
 _MOST_FORMS: Final = 200  # that are kept; a fleet has dozens
 _MOST_OF_A_SIZE: Final = 8  # that are kept of one size
-_MOST_NEW: Final = 20  # that are looked for in one read; a few are usual
+_MOST_NEW: Final = 20  # per read; 40 vehicles have 14 in their first cycle, and few later
 _LARGEST: Final = 16_384  # bytes; a vehicle that reports 700 frames sends less
 
 _WIDTHS: Final = {0: 1, 1: 8, 5: 4}  # bytes by wire type; a varint has one
