@@ -11,7 +11,8 @@ from pathlib import Path
 import zenoh
 
 from tests.chaos.cases import CYCLES, PAUSE_S, STALL_LIMIT_S, Case
-from tests.conftest import Command, let_pass
+from tests.conftest import Command
+from tests.let_pass import let_pass
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.session import open_session
 from zenvoy.bus.topics import CLOCK

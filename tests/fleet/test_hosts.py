@@ -12,8 +12,9 @@ from typing import Final
 
 import pytest
 
-from tests.conftest import let_pass, wait_until, zenvoy
+from tests.conftest import wait_until, zenvoy
 from tests.fleet.hosts import host, serving
+from tests.let_pass import let_pass
 from tests.streamed_log import read_log
 
 STEPPED: Final = """

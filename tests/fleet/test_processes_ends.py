@@ -14,7 +14,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.conftest import Command, command, let_pass, wait_until
+from tests.conftest import Command, command, wait_until
+from tests.let_pass import let_pass
 from tests.streamed_log import Log, read_log
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.bus.log_format import CHUNK_BYTES

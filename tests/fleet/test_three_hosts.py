@@ -14,9 +14,10 @@ from typing import Final
 
 import pytest
 
-from tests.conftest import LIMIT_S, Command, command, let_pass, wait_until, zenvoy
+from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import meeting
 from tests.fleet.networks import Host, require_netem, star
+from tests.let_pass import let_pass
 from tests.streamed_log import read_log
 
 STEPPED: Final = """
