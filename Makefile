@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 PACKAGES := keyed_random values links laws scenarios bus vehicles channel world analysis fleet studies cli
 DEMO := runs/demo
 
-.PHONY: setup demo test check docs site diagrams mutants bench chaos soak conformance external-cpp picture proto clean
+.PHONY: setup demo test check docs site diagrams mutants bench chaos soak conformance studio external-cpp picture proto clean
 
 setup: $(VENV)/.ready
 
@@ -77,6 +77,14 @@ conformance: setup
 	rm -rf runs/conformance
 	$(BIN)/zenvoy run quickstart --out runs/conformance
 	node tests/conformance/check.mjs runs/conformance/run.mcap
+
+# Opens a log and a run in Foxglove Studio with the layout of docs/, in headless Chromium, and takes
+# pictures of it. Version 1.48 is the last that npm has. Needs Node >= 20 and Chromium.
+STUDIO := build/studio
+studio: setup
+	npm install --no-package-lock --ignore-scripts --no-audit --no-fund --silent --prefix $(STUDIO) \
+		@foxglove/studio-base@1.48.0 react@17.0.2 react-dom@17.0.2
+	ZENVOY_STUDIO=$(STUDIO)/node_modules $(BIN)/pytest -q tests/analysis/view/studio_panels.py
 
 # Builds the vehicle in C++ against zenoh-c and drives it in a fleet. Needs g++, Debian's
 # libprotobuf-dev, protobuf-compiler, nlohmann-json3-dev and python3-dev. zenoh-c has no

@@ -35,6 +35,7 @@ FLEET: Final = "fleet"
 _WIDTH_M: Final = 1.8
 _HEIGHT_M: Final = 1.5
 _LANE_M: Final = 4.0
+_BESIDE_M: Final = 8.0  # from a vehicle to its number, on its right
 _MARGIN_M: Final = 50.0  # of an open road beyond its vehicles
 _CORNERS: Final = 180  # of a ring
 _NS: Final = 1_000_000_000
@@ -105,11 +106,15 @@ class Scene:
         for entity, frame, position, speed in rows:
             x, y, heading = self._place(position - stage.vehicle_length_m / 2)
             cube, text = entity.cubes[0], entity.texts[0]
-            for at in (cube.pose.position, text.pose.position, frame.translation):
+            for at in (cube.pose.position, frame.translation):
                 at.x, at.y = x, y
+            beside = text.pose.position
+            beside.x, beside.y = x + _BESIDE_M * sin(heading), y - _BESIDE_M * cos(heading)
             for turn in (cube.pose.orientation, frame.rotation):
                 turn.z, turn.w = sin(heading / 2), cos(heading / 2)
-            _paint(cube.color, _colour(speed / stage.fast_mps))
+            colour = _colour(speed / stage.fast_mps)
+            _paint(cube.color, colour)
+            _paint(text.color, colour)  # from afar, the number is all that one sees
         return {
             SCENE_TOPIC: self._scene.SerializeToString(),
             TRANSFORMS_TOPIC: self._frames.SerializeToString(),
@@ -130,7 +135,7 @@ class Scene:
         _set_points(self._road.lines[0], ends)
 
     def _add_vehicle(self, name: str) -> Any:
-        """Add an entity with a cube, and its number above it."""
+        """Add an entity with a cube, and its number beside it."""
         entity = self._scene.entities.add(id=name, frame_id=ROAD)
         cube = entity.cubes.add()
         cube.size.x, cube.size.y, cube.size.z = self._stage.vehicle_length_m, _WIDTH_M, _HEIGHT_M
@@ -139,9 +144,7 @@ class Scene:
         text = entity.texts.add(
             billboard=True, font_size=12, scale_invariant=True, text=name.rpartition("-")[2]
         )
-        text.pose.position.z = 2 * _HEIGHT_M
         text.pose.orientation.w = 1
-        _paint(text.color, _GREY)
         text.color.a = 1
         return entity
 

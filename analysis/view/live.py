@@ -7,40 +7,22 @@ not take in time is dropped.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 import foxglove
-from foxglove.websocket import Capability, ChannelView, Client, ServerListener, WebSocketServer
-from google.protobuf.message import DecodeError
-from pydantic import ValidationError
+from foxglove.websocket import Capability, WebSocketServer
 
-from zenvoy.analysis.log.records import LogError
-from zenvoy.analysis.view.growing_log import GrowingLog, Place
+from zenvoy.analysis.view.feed import Clients, Feed, StageOf
 from zenvoy.analysis.view.listening import ADDRESS, PortError
-from zenvoy.bus.clock import wall_ns
-from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
-from zenvoy.bus.schemas import schema_of
-from zenvoy.bus.topics import LOGGED, REALTIME, TRUTH
-from zenvoy.scenarios import Scenario
 
 PORT: Final = 8765
 """The port where Foxglove looks first."""
-StageOf = Callable[[Scenario], Stage]
 
-_PAUSE_S: Final = 0.1  # between looks at a log that has not grown
-_SETTLE_S: Final = 0.5  # in which a client subscribes to its topics, one after the other
-_TURN_NS: Final = 20_000_000  # of a replay
 _BACKLOG_BYTES: Final = 64 << 20  # per client, about
 _MOST: Final = 1024  # messages in a backlog
 _FEWEST: Final = 64
-_MESSAGES: Final = {
-    **{topic.log_name: topic.message.DESCRIPTOR.full_name for topic in (*LOGGED, REALTIME)},
-    **SCENE_TOPICS,
-}
-"""Messages by topic, of all topics that are served."""
 
 
 async def serve_live(
@@ -56,11 +38,11 @@ async def serve_live(
     The log may not exist yet. `ready` gets the port: for None the usual one, or a free one if that
     is taken. Raises PortError, and LogError for a file that is not the log of a run.
     """
-    clients = _Clients(asyncio.get_running_loop())
+    clients = Clients(asyncio.get_running_loop())
     context = foxglove.Context()
     server = _start(port, context, clients, _backlog(vehicles))
     ready(server.port)
-    feed = _Feed(path, stage_of, context, server, clients)
+    feed = Feed(path, stage_of, context, server, clients)
     feeding = asyncio.create_task(feed.run())
     ending = asyncio.create_task(until.wait())
     try:
@@ -74,7 +56,7 @@ async def serve_live(
 
 
 def _start(
-    port: int | None, context: foxglove.Context, clients: _Clients, backlog: int
+    port: int | None, context: foxglove.Context, clients: Clients, backlog: int
 ) -> WebSocketServer:
     for wanted in (PORT, 0) if port is None else (port,):
         try:
@@ -96,137 +78,3 @@ def _backlog(vehicles: int) -> int:
     """Return how many messages may wait for a client; a cycle's frames are the largest of ten."""
     per_message = 6 * vehicles * min(vehicles, 80)
     return min(max(_BACKLOG_BYTES // max(1, per_message), _FEWEST), _MOST)
-
-
-class _Clients(ServerListener):
-    """Knows which clients watch. The server calls it in threads of its own."""
-
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        self._loop = loop
-        self._watching: set[tuple[int, int]] = set()  # clients and channels
-        self._known: set[int] = set()
-        self.newcomer = asyncio.Event()
-        """Whether a client has begun to watch since `meet`."""
-
-    def on_subscribe(self, client: Client, channel: ChannelView) -> None:
-        """Note a client that watches a topic."""
-        self._loop.call_soon_threadsafe(self._come, client.id, channel.id)
-
-    def on_unsubscribe(self, client: Client, channel: ChannelView) -> None:
-        """Forget a client that does not watch a topic any more."""
-        self._loop.call_soon_threadsafe(self._watching.discard, (client.id, channel.id))
-
-    def __bool__(self) -> bool:
-        return bool(self._watching)
-
-    def meet(self) -> None:
-        """Note that those who watch now see what follows."""
-        self._known |= {client for client, _ in self._watching}
-        self.newcomer.clear()
-
-    def _come(self, client: int, channel: int) -> None:
-        self._watching.add((client, channel))
-        if client not in self._known:
-            self.newcomer.set()
-
-
-class _Feed:
-    """Sends the messages of a log, and a scene if the log has none."""
-
-    def __init__(
-        self,
-        path: Path,
-        stage_of: StageOf,
-        context: foxglove.Context,
-        server: WebSocketServer,
-        clients: _Clients,
-    ) -> None:
-        self._log = GrowingLog(path)
-        self._stage_of = stage_of
-        self._server = server
-        self._clients = clients
-        self._begun = False
-        self._scene: Scene | None = None
-        self._channels = {
-            topic: foxglove.Channel(
-                topic,
-                schema=foxglove.Schema(name=name, encoding="protobuf", data=schema_of(name)),
-                message_encoding="protobuf",
-                context=context,
-            )
-            for topic, name in _MESSAGES.items()
-        }
-
-    async def run(self) -> None:
-        """Follow the run to its end; then play it again for each client that comes."""
-        await self._follow()
-        while True:
-            await self._clients.newcomer.wait()
-            await asyncio.sleep(_SETTLE_S)
-            self._clients.meet()
-            await self._play()
-
-    async def _follow(self) -> None:
-        """Send what the run logs, as soon as it has logged it."""
-        log, taken = self._log, 0
-        from_start = True
-        while not (log.whole and taken == len(log.chunks)):
-            grown = log.path.exists() and log.extend()
-            self._begin()
-            if from_start and log.whole:
-                return  # a run that had ended before; everybody sees it from its start
-            from_start = False
-            for place in log.chunks[taken:]:
-                taken += 1
-                if self._clients:  # else nobody would see it
-                    self._clients.meet()
-                    self._send_all(place)
-                await asyncio.sleep(0)
-            if not grown:
-                await asyncio.sleep(_PAUSE_S)
-
-    async def _play(self) -> None:
-        """Send the run from its start, as fast as its time passes, while anybody watches."""
-        began_ns, first_ns = wall_ns(), None
-        for place in self._log.chunks:
-            for topic, time_ns, payload in self._messages(place):
-                first_ns = time_ns if first_ns is None else first_ns
-                ahead_ns = time_ns - first_ns - (wall_ns() - began_ns)
-                if ahead_ns > _TURN_NS:
-                    await asyncio.sleep(ahead_ns * 1e-9)
-                if not self._clients:
-                    return
-                self._send(topic, time_ns, payload)
-
-    def _send_all(self, place: Place) -> None:
-        for message in self._messages(place):
-            self._send(*message)
-
-    def _messages(self, place: Place) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, time and payload; a damaged chunk ends early, and `repair` names it."""
-        with suppress(LogError):
-            for topic, time_ns, payload in self._log.messages(place):
-                yield topic, time_ns, bytes(payload)
-
-    def _send(self, topic: str, time_ns: int, payload: bytes) -> None:
-        if topic not in self._channels:
-            return
-        if topic == TRUTH.log_name:
-            self._server.broadcast_time(time_ns)
-        self._channels[topic].log(payload, log_time=time_ns)
-        if self._scene is not None:
-            with suppress(DecodeError, ValueError):  # of a damaged log
-                for name, drawn in self._scene.take(topic, payload).items():
-                    self._channels[name].log(drawn, log_time=time_ns)
-
-    def _begin(self) -> None:
-        """Make a scene once the log says of which scenario it is, unless it has one."""
-        if self._begun or not self._log.begun:
-            return
-        self._begun = True
-        try:
-            scenario = Scenario.model_validate_json(self._log.effective or b"")
-        except ValidationError as error:
-            raise LogError(f"{self._log.path}: its scenario is not valid") from error
-        if not scenario.log.scene:
-            self._scene = Scene(self._stage_of(scenario))

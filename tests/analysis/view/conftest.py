@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -39,11 +40,18 @@ def address(log: Path, folder: Path) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    with chromium() as started:
+        yield started
+
+
+@contextmanager
+def chromium(*arguments: str) -> Iterator[Browser]:
+    """Start a browser for a while. Skips the test where there is none."""
     if CHROMIUM is None:  # it is no package of Python; .ci/run installs it where apt can
         pytest.skip("chromium is not installed; apt-get install chromium")
     with sync_playwright() as playwright:
         sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=[*sandbox, *arguments])
         yield started
         started.close()
 

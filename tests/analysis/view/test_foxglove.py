@@ -34,6 +34,7 @@ RUN: Final = "{duration_s: 5, fleet: {size: 4}}"
 TOPICS: Final = ("/fleet/truth", "/scene", "/tf", "/fleet/summary")
 _HEAD: Final = struct.Struct("<BIQ")  # opcode, subscription and log time of a message
 _MESSAGE: Final = 1
+_TIME: Final = struct.Struct("<BQ")
 
 
 class FoxgloveClient:
@@ -65,6 +66,11 @@ class FoxgloveClient:
                 _, number, time_ns = _HEAD.unpack_from(frame)
                 topic, of = self._classes[number]
                 yield topic, time_ns, of.FromString(frame[_HEAD.size :])
+
+    def times(self) -> list[int]:
+        """Return three times (ns) that come without a subscription."""
+        frames = (self._connection.recv(LIMIT_S) for _ in range(3))
+        return [_TIME.unpack(frame)[1] for frame in frames if isinstance(frame, bytes)]
 
     def _next(self, op: str) -> dict[str, Any]:
         while True:
@@ -131,6 +137,23 @@ def test_a_client_sees_truth_and_scene_of_a_run_that_goes_on(
         shown.send_to_group(signal.SIGINT)
         shown.wait()
         assert shown.left() == []
+
+
+def test_a_client_may_come_when_the_run_has_long_begun(tmp_path: Path) -> None:
+    """Nobody has read the chunk of the log that names the topics. The client learns the time."""
+    (tmp_path / "s.yaml").write_text("{duration_s: 600, fleet: {size: 4}}")
+    arguments = ("run", "s.yaml", "--realtime", "--out", "shown", "--foxglove")
+    with command(tmp_path, *arguments) as shown:
+        address = address_in(shown)
+        log = GrowingLog(tmp_path / "shown" / "run.mcap")
+        wait_until(lambda: log.path.exists() and log.extend() and len(log.chunks) > 3, "it runs")
+        with client_at(address) as client:
+            assert client.times() == [EPOCH_NS] * 3
+            client.subscribe(*TOPICS)
+            found = {topic for (topic, _, _), _ in zip(client.messages(), range(20), strict=False)}
+        assert found == set(TOPICS)
+        shown.send_to_group(signal.SIGINT)
+        shown.wait()
 
 
 def test_a_client_that_never_reads_neither_slows_nor_changes_a_run(tmp_path: Path) -> None:
