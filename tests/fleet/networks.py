@@ -19,12 +19,14 @@ _LIBC: Final = ctypes.CDLL(None, use_errno=True)
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """A host, the address of the first host on its link, and the name of its end of the link."""
+    """A host, and its link to the first host: the two addresses, and the names of both ends."""
 
     name: str
     namespace: str
     server: str
+    address: str
     link: str
+    far_link: str
 
     def shape(self, *netem: str) -> None:
         """Delay or drop the packets that leave by the link, as `tc netem` says."""
@@ -38,6 +40,10 @@ class Host:
     def heal(self) -> None:
         """Mend the link."""
         _run("ip", "-n", self.namespace, "link", "set", self.link, "up")
+
+    def unlink(self) -> None:
+        """Remove the link with both of its ends."""
+        _run("ip", "-n", self.namespace, "link", "del", self.link)
 
     @contextmanager
     def inside(self) -> Iterator[None]:
@@ -66,16 +72,22 @@ def star(names: Sequence[str]) -> Iterator[list[Host]]:
             _run("ip", "netns", "add", space)
             stack.callback(_run, "ip", "netns", "del", space)
             _run("ip", "-n", space, "link", "set", "lo", "up")
-        hosts = [Host(names[0], spaces[0], "127.0.0.1", "lo")]
+        hosts = [Host(names[0], spaces[0], "127.0.0.1", "127.0.0.1", "lo", "lo")]
         for number, (name, space) in enumerate(zip(names[1:], spaces[1:], strict=True), 1):
-            ends = (f"zv{number}", f"zw{number}")
-            peer = ("peer", "name", ends[1], "netns", space)
-            _run("ip", "-n", spaces[0], "link", "add", ends[0], "type", "veth", *peer)
-            for where, end, last in ((spaces[0], ends[0], 1), (space, ends[1], 2)):
-                _run("ip", "-n", where, "addr", "add", f"10.77.{number}.{last}/24", "dev", end)
-                _run("ip", "-n", where, "link", "set", end, "up")
-            hosts.append(Host(name, space, f"10.77.{number}.1", ends[1]))
+            addresses = (f"10.77.{number}.1", f"10.77.{number}.2")
+            host = Host(name, space, *addresses, f"zw{number}", f"zv{number}")
+            peer = ("peer", "name", host.link, "netns", space)
+            _run("ip", "-n", spaces[0], "link", "add", host.far_link, "type", "veth", *peer)
+            set_up(hosts[0], host.far_link, host.server)
+            set_up(host, host.link, host.address)
+            hosts.append(host)
         yield hosts
+
+
+def set_up(host: Host, link: str, address: str) -> None:
+    """Give an end of a link on a host its address."""
+    _run("ip", "-n", host.namespace, "addr", "add", f"{address}/24", "dev", link)
+    _run("ip", "-n", host.namespace, "link", "set", link, "up")
 
 
 def _require() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from tests.as_child import as_child
 from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import STEPPED, free_ports, joining, meeting
 from tests.intrusions.keys import HOSTS, REVOKED, SIZE, make_keys
+from tests.let_pass import let_pass
 from tests.router import Router, locked_endpoint, router
 from tests.streamed_log import read_log
 from zenvoy import run
@@ -29,6 +31,7 @@ from zenvoy.fleet.routers import write_router
 
 ROOT: Final = Path(__file__).parents[2]
 EIGHT: Final = STEPPED.replace("size: 4", "size: 8").replace("duration_s: 20", "duration_s: 5")
+_PAUSE_S: Final = 3.0
 # Attempts that the router must have refused: the key, and whose certificate it was.
 MODES: Final = ("as a peer", "as a router")
 FORGERIES: Final = (
@@ -136,6 +139,23 @@ def test_a_run_in_real_time_of_several_machines_goes_through_a_router(
     measured = [one for one in zip(offsets_ns, errors_ns, strict=True) if one[1] >= 0]
     assert len(measured) > len(errors_ns) / 2
     assert all(abs(offset_ns) <= error_ns for offset_ns, error_ns in measured)  # it is one clock
+
+
+def test_a_slow_machine_behind_a_router_is_named(routed: tuple[Path, Router]) -> None:
+    folder, _ = routed
+    with (
+        serving(routed, "held", "--duration-s", "60", "--vehicles-per-process", "4") as served,
+        host(routed, "epsilon", "1-4"),
+        host(routed, "zeta", "5-8", "--host", "zeta") as slow,
+    ):
+        served.wait_for_cycles(folder / "held" / "out" / "run.mcap")
+        slow.send_to_group(signal.SIGSTOP)
+        let_pass(_PAUSE_S)
+        slow.send_to_group(signal.SIGCONT)
+        outcome = served.wait()
+    assert (outcome.code, outcome.err) == (0, "")
+    said = read_log(folder / "held" / "out" / "run.mcap").result["held_up"]
+    assert re.fullmatch(r"vehicles 5-8 on zeta held up \S+ % of the steps, by \S+ ms each", said)
 
 
 def test_a_router_keeps_intruders_out(tmp_path: Path) -> None:

@@ -8,17 +8,20 @@ from __future__ import annotations
 import re
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Final
 
 import pytest
 
+from tests.complaints import complaints
 from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import meeting
 from tests.fleet.networks import Host, require_netem, star
+from tests.fleet.relayed_link import relayed
 from tests.let_pass import let_pass
 from tests.streamed_log import read_log
+from zenvoy.bus import messages_pb2 as pb
 
 STEPPED: Final = """
 duration_s: 200
@@ -26,6 +29,14 @@ fleet: {size: 8}
 channel: {loss: {p: 0.1}}
 """
 LONG: Final = STEPPED.replace("duration_s: 200", "duration_s: 100000")
+TIMED: Final = """
+duration_s: 4
+clock: realtime
+fleet: {size: 8}
+control: {v2v_wait_ms: 50, system_delay_ms: 60}
+max_clock_error_ms: 500
+"""
+_FAR_S: Final = 0.008
 _CUT_S: Final = 3.0
 _SLOW_S: Final = 5.0
 
@@ -64,28 +75,37 @@ def joined(folder: Path, host: Host, vehicles: str) -> Iterator[Command]:
         yield one
 
 
-@pytest.mark.parametrize("links", ["plain", "delay and loss"])
+@pytest.mark.parametrize("links", ["plain", "netem", "relayed"])
 def test_three_hosts_write_the_log_of_one_though_a_link_is_cut(
     tmp_path: Path, hosts: list[Host], links: str
 ) -> None:
+    """The links also delay and drop packets, by the kernel or by a relay."""
     a, b, c = hosts
-    if links == "delay and loss":
-        require_netem(c)
-        b.shape("delay", "1ms")
-        c.shape("delay", "4ms", "loss", "1%")
-    (tmp_path / "s.yaml").write_text(STEPPED)
+    scenario = STEPPED if links == "plain" else STEPPED.replace("duration_s: 200", "duration_s: 60")
+    (tmp_path / "s.yaml").write_text(scenario)
     assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0
     patient = ("--set", f"stall_limit_s={LIMIT_S:g}")
-    with serving(tmp_path, a, STEPPED, *patient) as served, joined(tmp_path, b, "1-4") as first:
+    with ExitStack() as stack:
+        if links == "netem":
+            require_netem(c)
+            b.shape("delay", "1ms")
+            c.shape("delay", "4ms", "loss", "1%")
+        relay = None
+        if links == "relayed":
+            relay = stack.enter_context(relayed(a, c, delay_s=0.004, loss=0.01))
+        served = stack.enter_context(serving(tmp_path, a, scenario, *patient))
+        first = stack.enter_context(joined(tmp_path, b, "1-4"))
         wait_until(lambda: "missing: vehicles 5-8\n" in served.out, "it says who is missing")
-        with joined(tmp_path, c, "5-8") as late:
-            served.wait_for_cycles(tmp_path / "out" / "run.mcap")
-            c.cut()
-            let_pass(_CUT_S)
-            assert "written to" not in served.out  # the run has not ended before the cut
-            c.heal()
-            outcome = served.wait()
-            assert (first.wait().code, late.wait().code) == (0, 0)
+        late = stack.enter_context(joined(tmp_path, c, "5-8"))
+        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
+        c.cut()
+        let_pass(_CUT_S)
+        assert "written to" not in served.out  # the run has not ended before the cut
+        c.heal()
+        outcome = served.wait()
+        assert (first.wait().code, late.wait().code) == (0, 0)
+        if relay is not None:
+            assert 0 < relay.lost < 0.1 * relay.carried
     assert (outcome.code, outcome.err) == (0, "")
     logs = [read_log(tmp_path / name / "run.mcap") for name in ("alone", "out")]
     assert logs[0].result["fingerprint"] == logs[1].result["fingerprint"]
@@ -131,3 +151,32 @@ def test_a_slow_host_is_named_as_the_one_that_holds_up_the_steps(
     said = read_log(tmp_path / "out" / "run.mcap").result["held_up"]
     assert re.fullmatch(r"vehicles 5-8 on c held up \S+ % of the steps, by \S+ ms each", said)
     assert said in outcome.out
+
+
+def test_in_real_time_a_clock_is_known_as_well_as_its_link_is_fast(
+    tmp_path: Path, hosts: list[Host]
+) -> None:
+    """Both hosts have the clock of the first, so every bound must contain an offset of 0."""
+    a, b, c = hosts
+    with (
+        relayed(a, c, delay_s=_FAR_S, loss=0.0),
+        serving(tmp_path, a, TIMED, "--vehicles-per-process", "4") as served,
+        joined(tmp_path, b, "1-4") as near,
+        joined(tmp_path, c, "5-8") as far,
+    ):
+        outcome = served.wait()
+        assert (outcome.code, outcome.err) == (0, "")
+        assert (near.wait().code, far.wait().code) == (0, 0)
+    assert complaints(tmp_path / "out") == []
+    log = read_log(tmp_path / "out" / "run.mcap")
+    rows = [pb.RealTime.FromString(message.data) for message in log.of("/realtime")]
+    errors_ns: dict[str, list[int]] = {"near": [], "far": []}
+    for row in rows:
+        offsets = zip(row.clock_offset_ns, row.clock_error_ns, strict=True)
+        for vehicle, (offset_ns, error_ns) in enumerate(offsets, 1):
+            if error_ns >= 0:  # it has sent a command
+                errors_ns["near" if vehicle <= 4 else "far"].append(error_ns)
+                assert abs(offset_ns) <= error_ns
+    assert min(errors_ns["far"]) > _FAR_S * 1e9
+    assert 0 < min(errors_ns["near"]) < min(errors_ns["far"])
+    assert min(len(found) for found in errors_ns.values()) > 40 * 4 / 2
