@@ -14,7 +14,7 @@ _LATE: Final = re.compile(
 def complaints(out: Path) -> list[str]:
     """Return the lines in the logs of all processes, except that a message came too late.
 
-    A busy machine may hold up a process for longer than its messages count.
+    A busy machine may hold up a process for longer than its messages stay valid.
     """
     lines = [line for file in (out / "logs").iterdir() for line in file.read_text().splitlines()]
     return [line for line in lines if not _LATE.fullmatch(line)]

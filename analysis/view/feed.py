@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import Final
 
 import foxglove
-from foxglove.websocket import ChannelView, Client, ServerListener, WebSocketServer
+from foxglove.websocket import (
+    ChannelView,
+    Client,
+    Parameter,
+    ServerListener,
+    WebSocketServer,
+)
 from google.protobuf.message import DecodeError
 from pydantic import ValidationError
 
@@ -27,7 +33,6 @@ StageOf = Callable[[Scenario], Stage]
 _PAUSE_S: Final = 0.1  # between looks at a log that has not grown
 _SETTLE_S: Final = 0.5  # in which a client subscribes to its topics, one after the other
 _TURN_NS: Final = 20_000_000  # of a replay
-_TIME_S: Final = 0.02  # between times for clients that come; they start at 1970 without one
 _MESSAGES: Final = {
     **{topic.log_name: topic.message.DESCRIPTOR.full_name for topic in (*LOGGED, REALTIME)},
     **SCENE_TOPICS,
@@ -42,8 +47,18 @@ class Clients(ServerListener):
         self._loop = loop
         self._watching: set[tuple[int, int]] = set()  # clients and channels
         self._known: set[int] = set()
+        self._greeted: set[int] = set()
         self.newcomer = asyncio.Event()
         """Whether a client has begun to watch since `meet`."""
+        self.greet: Callable[[], None] = lambda: None
+        """What to do when a client asks for parameters for the first time."""
+
+    def on_get_parameters(
+        self, client: Client, param_names: list[str], request_id: str | None = None
+    ) -> list[Parameter]:
+        """Greet a client. Studio and Lichtblick ask this first; there are no parameters."""
+        self._loop.call_soon_threadsafe(self._greet, client.id)
+        return []
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """Note a client that watches a topic."""
@@ -60,6 +75,11 @@ class Clients(ServerListener):
         """Note that those who watch now see what follows."""
         self._known |= {client for client, _ in self._watching}
         self.newcomer.clear()
+
+    def _greet(self, client: int) -> None:
+        if client not in self._greeted:
+            self._greeted.add(client)
+            self.greet()
 
     def _come(self, client: int, channel: int) -> None:
         self._watching.add((client, channel))
@@ -83,7 +103,7 @@ class Feed:
         self._server = server
         self._clients = clients
         self._begun = False
-        self._now_ns = EPOCH_NS
+        self._told_ns = EPOCH_NS
         self._scene: Scene | None = None
         self._channels = {
             topic: foxglove.Channel(
@@ -94,31 +114,24 @@ class Feed:
             )
             for topic, name in _MESSAGES.items()
         }
+        clients.greet = self._tell_time
 
     async def run(self) -> None:
         """Follow the run to its end; then play it again for each client that comes."""
-        telling = asyncio.create_task(self._tell_time())
-        try:
-            await self._follow()
-            while True:
-                await self._clients.newcomer.wait()
-                await asyncio.sleep(_SETTLE_S)
-                self._clients.meet()
-                await self._play()
-        finally:
-            telling.cancel()
-
-    async def _tell_time(self) -> None:
-        """Send the time of the run again and again while nobody watches.
-
-        A client takes the time that it knows when it learns the topics as the start of its plots.
-        The SDK does not say when one connects. The time goes with the messages once somebody
-        watches, because a client that stops reading is disconnected when too many times wait.
-        """
+        await self._follow()
         while True:
-            if not self._clients:
-                self._server.broadcast_time(self._now_ns)
-            await asyncio.sleep(_TIME_S)
+            await self._clients.newcomer.wait()
+            await asyncio.sleep(_SETTLE_S)
+            self._clients.meet()
+            await self._play()
+
+    def _tell_time(self) -> None:
+        """Send the time to a client that has come: the run's start, or that of who else watches.
+
+        A client starts its plots at the time that it knows when it first shows the topics, and in
+        1970 if it knows none. A time that goes back empties the plots of the others.
+        """
+        self._server.broadcast_time(self._told_ns if self._clients else EPOCH_NS)
 
     async def _follow(self) -> None:
         """Send what the run logs, as soon as it has logged it."""
@@ -173,7 +186,7 @@ class Feed:
         if topic not in self._channels:
             return
         if topic == TRUTH.log_name:
-            self._now_ns = time_ns
+            self._told_ns = time_ns
             self._server.broadcast_time(time_ns)
         self._channels[topic].log(payload, log_time=time_ns)
         if self._scene is not None:

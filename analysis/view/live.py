@@ -64,7 +64,7 @@ def _start(
                 name="Zenvoy",
                 host=ADDRESS,
                 port=wanted,
-                capabilities=[Capability.Time],
+                capabilities=[Capability.Time, Capability.Parameters],
                 server_listener=clients,
                 context=context,
                 message_backlog_size=backlog,

@@ -77,7 +77,13 @@ def test_on_a_ring_each_vehicle_is_on_the_circle_and_looks_along_it(position: li
         assert (at.x, at.y) == pytest.approx((radius * cos(angle), radius * sin(angle)), abs=1e-6)
         heading = 2 * turn.w * turn.z  # the sine of twice the half angle
         assert heading == pytest.approx(cos(angle), abs=1e-6)
-        assert (cube.size.x, entity.frame_id, entity.texts[0].text) == (5, ROAD, entity.id[-2:])
+        (number,) = entity.texts
+        beside = number.pose.position  # outside the ring
+        assert (beside.x, beside.y) == pytest.approx(
+            ((radius + 8) * cos(angle), (radius + 8) * sin(angle)), abs=1e-6
+        )
+        assert number.color == cube.color
+        assert (cube.size.x, entity.frame_id, number.text) == (5, ROAD, entity.id[-2:])
     assert [t.child_frame_id for t in transforms.transforms] == [FLEET, *(v.id for v in vehicles)]
     assert transforms.transforms[0].translation.x == 0  # the middle of the ring
 
@@ -87,6 +93,8 @@ def test_an_open_road_goes_from_behind_the_last_vehicle_to_ahead_of_the_first() 
     road, *vehicles = scene.entities
     assert [(at.x, at.y) for at in road.lines[0].points] == [(950, 0), (1150, 0)]
     assert [v.cubes[0].pose.position.x for v in vehicles] == [1097.5, 1047.5, 997.5]
+    numbers = [v.texts[0].pose.position for v in vehicles]
+    assert [(at.x, at.y) for at in numbers] == [(1097.5, -8), (1047.5, -8), (997.5, -8)]
     assert transforms.transforms[0].translation.x == 1050
     colours = [tuple(round(x, 3) for x in (c.r, c.g, c.b)) for c in cubes_of(vehicles)]
     assert colours == [(0.267, 0.005, 0.329), (0.128, 0.567, 0.551), (0.993, 0.906, 0.144)]

@@ -5,9 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import free_ports, meeting
+
+TIMED: Final = """
+duration_s: 4
+clock: realtime
+fleet: {size: 8}
+control: {v2v_wait_ms: 50, system_delay_ms: 60}
+max_clock_error_ms: 500
+"""
+"""A run in real time of eight vehicles."""
 
 
 @contextmanager

@@ -27,7 +27,7 @@ _TUN: Final = "/dev/net/tun"
 _SET_INTERFACE: Final = 0x4004_54CA  # TUNSETIFF
 _PLAIN_PACKETS: Final = 0x1001  # IFF_TUN | IFF_NO_PI
 _LONGEST: Final = 65_536
-_LOOK_S: Final = 0.1  # for the end of the link
+_LOOK_S: Final = 0.1  # between looks for the end of the link
 
 
 class Relay:

@@ -13,17 +13,10 @@ import pytest
 
 from tests.complaints import complaints
 from tests.conftest import wait_until, zenvoy
-from tests.fleet.hosts import host, serving
+from tests.fleet.hosts import TIMED, host, serving
 from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
 
-TIMED: Final = """
-duration_s: 4
-clock: realtime
-fleet: {size: 8}
-control: {v2v_wait_ms: 50, system_delay_ms: 60}
-max_clock_error_ms: 500
-"""
 _AHEAD_S: Final = 36_000
 _SHIFTED: Final = (
     *("unshare", "--time", "--monotonic", str(_AHEAD_S), "--boottime", str(_AHEAD_S)),

@@ -34,6 +34,7 @@ RUN: Final = "{duration_s: 5, fleet: {size: 4}}"
 TOPICS: Final = ("/fleet/truth", "/scene", "/tf", "/fleet/summary")
 _HEAD: Final = struct.Struct("<BIQ")  # opcode, subscription and log time of a message
 _MESSAGE: Final = 1
+_A_TIME: Final = 2
 _TIME: Final = struct.Struct("<BQ")
 
 
@@ -67,10 +68,14 @@ class FoxgloveClient:
                 topic, of = self._classes[number]
                 yield topic, time_ns, of.FromString(frame[_HEAD.size :])
 
-    def times(self) -> list[int]:
-        """Return three times (ns) that come without a subscription."""
-        frames = (self._connection.recv(LIMIT_S) for _ in range(3))
-        return [_TIME.unpack(frame)[1] for frame in frames if isinstance(frame, bytes)]
+    def time_on_coming(self) -> int:
+        """Ask for parameters, as Studio does first; return the time (ns) that comes then."""
+        ask = {"op": "getParameters", "parameterNames": [], "id": "all"}
+        self._connection.send(json.dumps(ask))
+        while True:
+            frame = self._connection.recv(LIMIT_S)
+            if isinstance(frame, bytes) and frame[0] == _A_TIME:
+                return int(_TIME.unpack(frame)[1])
 
     def _next(self, op: str) -> dict[str, Any]:
         while True:
@@ -140,7 +145,7 @@ def test_a_client_sees_truth_and_scene_of_a_run_that_goes_on(
 
 
 def test_a_client_may_come_when_the_run_has_long_begun(tmp_path: Path) -> None:
-    """Nobody has read the chunk of the log that names the topics. The client learns the time."""
+    """Nobody watched when the server read the chunk that names the topics."""
     (tmp_path / "s.yaml").write_text("{duration_s: 600, fleet: {size: 4}}")
     arguments = ("run", "s.yaml", "--realtime", "--out", "shown", "--foxglove")
     with command(tmp_path, *arguments) as shown:
@@ -148,12 +153,36 @@ def test_a_client_may_come_when_the_run_has_long_begun(tmp_path: Path) -> None:
         log = GrowingLog(tmp_path / "shown" / "run.mcap")
         wait_until(lambda: log.path.exists() and log.extend() and len(log.chunks) > 3, "it runs")
         with client_at(address) as client:
-            assert client.times() == [EPOCH_NS] * 3
+            assert client.time_on_coming() == EPOCH_NS
             client.subscribe(*TOPICS)
-            found = {topic for (topic, _, _), _ in zip(client.messages(), range(20), strict=False)}
-        assert found == set(TOPICS)
+            seen: dict[str, int] = {}
+            for topic, time_ns, _ in client.messages():
+                seen[topic] = time_ns
+                if seen.keys() == set(TOPICS):
+                    break
+            assert min(seen.values()) > EPOCH_NS
         shown.send_to_group(signal.SIGINT)
-        shown.wait()
+        assert shown.wait().code == 130
+
+
+def test_a_client_learns_the_time_of_those_that_watch(tmp_path: Path) -> None:
+    """A time before theirs would empty their plots. The log comes at once, with 4,001 cycles."""
+    whole = write_log(tmp_path / "whole.mcap", "{duration_s: 400, fleet: {size: 3}}").read_bytes()
+    path = tmp_path / "run.mcap"
+    path.write_bytes(whole[:1000])  # not even the scenario
+    end_ns = EPOCH_NS + 400 * 10**9
+    with command(tmp_path, "view", str(path), "--foxglove", "--port", "0") as server:
+        address = address_in(server)
+        with client_at(address) as client:
+            client.subscribe("/fleet/truth")
+            assert client.time_on_coming() == EPOCH_NS  # and counts as one that watches now
+            with path.open("ab") as file:
+                file.write(whole[1000:])
+            assert any(time_ns == end_ns for _, time_ns, _ in client.messages())
+            with client_at(address) as other:
+                assert other.time_on_coming() == end_ns
+        server.send(signal.SIGINT)
+        assert server.wait().code == 0
 
 
 def test_a_client_that_never_reads_neither_slows_nor_changes_a_run(tmp_path: Path) -> None:
