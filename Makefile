@@ -82,7 +82,7 @@ conformance: setup
 # pictures of it. Version 1.48 is the last that npm has. Needs Node >= 20 and Chromium.
 STUDIO := build/studio
 studio: setup
-	command -v chromium || command -v chromium-browser
+	command -v chromium || command -v chromium-browser || { echo 'make studio needs Chromium' >&2; exit 1; }
 	npm install --no-package-lock --ignore-scripts --no-audit --no-fund --silent --prefix $(STUDIO) \
 		@foxglove/studio-base@1.48.0 react@17.0.2 react-dom@17.0.2
 	ZENVOY_STUDIO=$(STUDIO)/node_modules $(BIN)/pytest -q tests/analysis/view/studio_panels.py

@@ -22,7 +22,7 @@ def pause(for_s: float = 0.0002) -> None:
     without a pause it would take a core from the processes for which it waits. A longer or a
     shorter pause only changes how soon a message is seen.
     """
-    time.sleep(for_s)  # nothing to block on: no call of Zenoh waits for several queues
+    time.sleep(for_s)  # polls queues: Zenoh can wake a thread that waits for one, not for several
 
 
 @dataclass(frozen=True, slots=True)

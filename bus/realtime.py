@@ -1,7 +1,8 @@
 """The Zenoh bus in real time: an agent acts on time, whether or not messages are missing.
 
 One rule decides lateness everywhere: a message counts for a deadline if it arrived by then, even if
-the process reads it later.
+the process reads it later. The loop, its queue and its clock apply this rule together, so they
+share a module, although it is long.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
         _leave(DONE)
     # Nothing may leave this function, not even SystemExit: after a fork, the frames below belong to
     # the parent, and its handlers would run a second time. `_status` reports each error.
-    except BaseException as error:  # noqa: BLE001 - a fork must not unwind into its parent
+    except BaseException as error:  # noqa: BLE001 - it would unwind into the parent's frames
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:

@@ -55,7 +55,7 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # between two looks; the fact alone decides, and no event announces it
+        time.sleep(0.01)  # the fact is in another process, which cannot wake this one
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,4 +12,4 @@ def let_pass(duration_s: float) -> None:
     compares it with its limits, and whoever could tell stands still. No test has an upper bound: on
     a busy machine the fault lasts longer, and is the same fault.
     """
-    time.sleep(duration_s)  # the duration is the fault; see above
+    time.sleep(duration_s)  # the program under test must see a fault that lasts this long

@@ -47,17 +47,16 @@ class Clients(ServerListener):
         self._loop = loop
         self._watching: set[tuple[int, int]] = set()  # clients and channels
         self._known: set[int] = set()
-        self._greeted: set[int] = set()
         self.newcomer = asyncio.Event()
         """Whether a client has begun to watch since `meet`."""
         self.greet: Callable[[], None] = lambda: None
-        """What to do when a client asks for parameters for the first time."""
+        """What to do when a client asks for parameters."""
 
     def on_get_parameters(
         self, client: Client, param_names: list[str], request_id: str | None = None
     ) -> list[Parameter]:
-        """Greet a client. Studio and Lichtblick ask this first; there are no parameters."""
-        self._loop.call_soon_threadsafe(self._greet, client.id)
+        """Greet a client. Studio and Lichtblick ask this first, and now and then again."""
+        self._loop.call_soon_threadsafe(self.greet)
         return []
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
@@ -75,11 +74,6 @@ class Clients(ServerListener):
         """Note that those who watch now see what follows."""
         self._known |= {client for client, _ in self._watching}
         self.newcomer.clear()
-
-    def _greet(self, client: int) -> None:
-        if client not in self._greeted:
-            self._greeted.add(client)
-            self.greet()
 
     def _come(self, client: int, channel: int) -> None:
         self._watching.add((client, channel))
@@ -173,8 +167,9 @@ class Feed:
 
     def _learn(self, place: Place) -> None:
         """Read a chunk that nobody sees, because a log names each topic once, in any chunk."""
-        for _ in self._messages(place):
-            pass
+        with suppress(LogError):
+            for _ in self._log.messages(place):
+                pass
 
     def _messages(self, place: Place) -> Iterator[tuple[str, int, bytes]]:
         """Yield topic, time and payload; a damaged chunk ends early, and `repair` names it."""

@@ -3,42 +3,13 @@
 from __future__ import annotations
 
 import math
-from io import BytesIO
 from pathlib import Path
 
 import pytest
 
+from tests.analysis.stability_chapter import BRAKE, QUIET, chapter, pictures, sheet
 from tests.logs import write_log
 from zenvoy.analysis import load
-from zenvoy.analysis.chapters.stability import stability_section
-from zenvoy.analysis.page.section import Section, Sheet
-from zenvoy.analysis.page.style import look
-
-QUIET = "sensors: {error: 0}\n"
-BRAKE = "events: [{type: brake, vehicle: 2, at_s: 2, duration_s: 1, deceleration_mps2: 1}]\n"
-
-
-def chapter(folder: Path, scenario: str) -> Section:
-    """Return the chapter of a run, and check that rows fit and that pictures can be drawn."""
-    section = stability_section(load(write_log(folder / "run.mcap", scenario)))
-    assert section.title == "String stability"
-    for sheet in section.sheets:
-        assert sheet.rows
-        assert {len(row) for row in sheet.rows} == {len(sheet.columns)}
-    with look():
-        for picture in section.pictures:
-            file = BytesIO()
-            picture.draw().savefig(file, format="png", dpi=50)
-            assert file.tell() > 2_000
-    return section
-
-
-def sheet(section: Section, name: str) -> Sheet:
-    return next(found for found in section.sheets if found.name == name)
-
-
-def pictures(section: Section) -> set[str]:
-    return {picture.name for picture in section.pictures}
 
 
 def test_gains_of_fm_behind_a_braking_agree_with_theory(tmp_path: Path) -> None:
@@ -209,49 +180,3 @@ def test_laws_mixed_on_the_ring_have_no_modes_in_closed_form(tmp_path: Path) -> 
     assert all(row[2] is None for row in modes)
     assert any(row[1] is not None for row in modes)
     assert all(row[3] is not None for row in sheet(section, "stability-vehicles").rows)
-
-
-@pytest.mark.parametrize(
-    ("control", "why"),
-    [
-        ("model: CACC", "ran CACC, which has no linear form"),
-        ("model: BCM, neighbour_state: position", "not by reported positions"),
-        ("model: BCM, gains: {k_d: 0, k_v: 0.5, k_c: 0.1}", "k_d is 0"),
-    ],
-)
-def test_a_note_gives_the_reason_for_missing_theory(tmp_path: Path, control: str, why: str) -> None:
-    scenario = f"duration_s: 20\nfleet: {{size: 6}}\ncontrol: {{{control}}}\n"
-    section = chapter(tmp_path, QUIET + scenario + BRAKE)
-    assert any(why in note for note in section.notes)
-    rows = sheet(section, "stability-vehicles").rows
-    assert all(row[3] is None and row[2] is not None for row in rows)
-
-
-def test_notes_name_what_a_run_has_beyond_theory(tmp_path: Path) -> None:
-    section = chapter(
-        tmp_path,
-        "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: PBCM, beacon_age_limit_ms: 150}\n"
-        "channel: {loss: {p: 0.3}}\n" + BRAKE,
-    )
-    notes = "\n".join(section.notes)
-    assert "scatter by" in notes
-    assert "ignores the dynamics of the filter" in notes
-    assert "under a law other than their most frequent one" in notes
-    late = chapter(
-        tmp_path,
-        QUIET + "duration_s: 15\nfleet: {size: 6}\ncontrol: {model: BCM, v2v_wait_ms: 0}\n" + BRAKE,
-    )
-    assert any("100 ms old on average" in note for note in late.notes)
-
-
-def test_an_unstable_fleet_has_a_note(tmp_path: Path) -> None:
-    control = "control: {model: BCM, gains: {k_d: 0.1, k_v: 3, k_c: 0.05}}\n"
-    section = chapter(tmp_path, QUIET + "duration_s: 10\nfleet: {size: 6}\n" + control + BRAKE)
-    assert any("the fleet is unstable" in note for note in section.notes)
-
-
-def test_a_string_beyond_150_vehicles_has_no_theory_by_vehicle(tmp_path: Path) -> None:
-    scenario = "duration_s: 7\nfleet: {size: 151}\ncontrol: {model: FM}\n"
-    section = chapter(tmp_path, QUIET + scenario + BRAKE)
-    assert "Theory by vehicle is left out for more than 150 vehicles." in section.notes
-    assert len(sheet(section, "stability-vehicles").rows) == 151

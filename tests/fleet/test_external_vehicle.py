@@ -78,7 +78,7 @@ def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Pa
         assert row.decided_ns[1] >= row.time_ns + 50_000_000  # not before v2v_wait
 
 
-@pytest.mark.skipif(
+@pytest.mark.skipif(  # `make test` must need no compiler; `make external-cpp` runs it
     IN_CPP is None,
     reason="the C++ example needs g++, protoc and headers of protobuf, which Zenvoy does not; "
     "`make external-cpp` compiles it and runs this test; the test above does the same in Python",

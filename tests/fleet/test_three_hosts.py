@@ -75,7 +75,7 @@ def test_three_hosts_write_the_log_of_one_though_a_link_is_cut(
 ) -> None:
     """A link may also delay and drop packets, by the kernel or by a relay."""
     a, b, c = hosts
-    # Lost packets hold up a step for 0.2 s or more, so a shorter run lasts as long.
+    # Delays and lost packets hold up the steps, so a shorter run outlasts the cut.
     scenario = STEPPED if links == "plain" else STEPPED.replace("duration_s: 200", "duration_s: 60")
     (tmp_path / "s.yaml").write_text(scenario)
     assert zenvoy(tmp_path, "run", "s.yaml", "--bus", "in-process", "--out", "alone").code == 0

@@ -23,7 +23,7 @@ LEAVES = {
 }
 LAW = """
 import sys
-import time
+import signal
 from dataclasses import dataclass
 from zenvoy.laws import Estimator, Law
 class Ended(BaseException): pass
@@ -102,9 +102,12 @@ def test_code_that_exits_in_a_run_is_named_and_the_log_is_kept(
     assert load(tmp_path / "out" / "run.mcap").cycles > 0
 
 
-# The sleep stands in the code under test: code that hangs in a system call, and in Python.
+# Code of a user that hangs, in a system call and in Python. No test waits for it.
+HANGS = ["signal.pause()", "while True: pass"]
+
+
 @pytest.mark.parametrize("bus", ["in-process", "zenoh"])
-@pytest.mark.parametrize("what", ["time.sleep(600)", "while True: pass"])
+@pytest.mark.parametrize("what", HANGS)
 def test_an_estimator_that_hangs_is_named_with_its_line(
     tmp_path: Path, what: str, bus: str
 ) -> None:
@@ -152,8 +155,8 @@ def test_a_linear_form_that_fails_is_found_before_the_run(
 
 def test_ctrl_c_is_not_blamed_on_the_code(tmp_path: Path) -> None:
     """Ctrl-C ends the command as usual while a file is loaded, and the file is not blamed."""
-    # The file sleeps, so that the signal comes while it is loaded; the test waits for `loads`.
-    write(tmp_path, at_load="open('loads', 'w').close(); time.sleep(600)")
+    # The file waits for the signal, so that it comes while the file is loaded.
+    write(tmp_path, at_load="open('loads', 'w').close(); signal.pause()")
     with command(tmp_path, "check", "s.yaml", *OWN_LAW) as started:
         wait_until((tmp_path / "loads").exists, "the file is being loaded")
         started.send(signal.SIGINT)

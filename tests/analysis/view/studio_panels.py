@@ -25,9 +25,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.analysis.view.conftest import chromium
-from tests.analysis.view.test_foxglove import address_in
+from tests.analysis.view.foxglove_client import address_in, wait_for_chunks
 from tests.conftest import LIMIT_S, command, wait_until, zenvoy
-from zenvoy.analysis.view.growing_log import GrowingLog
 
 ROOT: Final = Path(__file__).parents[3]
 PICTURES: Final = ROOT / "runs" / "studio"
@@ -39,32 +38,26 @@ FIRST_CURVE: Final = (78, 152, 226)
 """The colour in which Studio draws the first curve of a plot."""
 
 # The SDK's servers give the protocol a new name, which clients of today know and this one does not.
-# The messages are the same; Lichtblick's pull request 819 adds but the name.
+# The messages are the same; Lichtblick's pull request 819 adds only the name.
 _OLD, _NEW = b"foxglove.websocket.v1", b"foxglove.sdk.v1"
 
 
-class Files(SimpleHTTPRequestHandler):
-    """Serves Studio's library, the page that starts it, and the files that one opens."""
+def handler_of(library: Path, files: dict[str, Path]) -> type[SimpleHTTPRequestHandler]:
+    """Return what serves Studio's library, the page that starts it, and the opened files."""
 
-    extensions_map = {  # noqa: RUF012
-        **SimpleHTTPRequestHandler.extensions_map,
-        ".wasm": "application/wasm",
-    }
+    class Files(SimpleHTTPRequestHandler):
+        def translate_path(self, path: str) -> str:
+            """Return the file of an address."""
+            name = path.partition("?")[0].lstrip("/") or "index.html"
+            if name in files:
+                return str(files[name])
+            own = Path(__file__).parent / "studio" / name
+            return str(own if own.is_file() else library / name)
 
-    def __init__(self, *args: object, library: Path, files: dict[str, Path]) -> None:
-        self._library, self._files = library, files
-        super().__init__(*args)  # type: ignore[arg-type]  # what a server gives its handlers
+        def log_message(self, *_: object) -> None:
+            """Say nothing."""
 
-    def translate_path(self, path: str) -> str:
-        """Return the file of an address."""
-        name = path.partition("?")[0].lstrip("/") or "index.html"
-        if name in self._files:
-            return str(self._files[name])
-        own = Path(__file__).parent / "studio" / name
-        return str(own if own.is_file() else self._library / name)
-
-    def log_message(self, *_: object) -> None:
-        """Say nothing."""
+    return Files
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +75,7 @@ def studio(folder: Path) -> Iterator[str]:
         "files/run.mcap": folder / "out" / "run.mcap",
         "files/foxglove-layout.json": ROOT / "docs" / "foxglove-layout.json",
     }
-    handler = partial(Files, library=library, files=files)
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler_of(library, files)) as server:
         Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
@@ -168,8 +160,7 @@ def test_a_run_that_goes_on(studio: str, page: Page, tmp_path: Path) -> None:
     arguments = ("run", "quickstart", "--realtime", "--duration-s", "600", "--out", "shown")
     with command(tmp_path, *arguments, "--foxglove") as shown:
         address = quote(address_in(shown), safe="")
-        log = GrowingLog(tmp_path / "shown" / "run.mcap")
-        wait_until(lambda: log.path.exists() and log.extend() and len(log.chunks) > 3, "it runs")
+        wait_for_chunks(tmp_path / "shown" / "run.mcap")
         page.goto(f"{studio}?ds=foxglove-websocket&ds.url={address}")
         with_layout(page)
         expect(page.get_by_text(re.compile("12:00:00.000 AM GMT")).first).to_be_visible()
