@@ -37,7 +37,7 @@ class Watch:
     `stall_limit_s` is None, a wait may last for ever. `blame` returns what is missing. It may
     return None if another process should report the stall; its argument is True once twice the
     limit has passed, so that the other process has had its chance. `on_idle` is called repeatedly
-    during long waits.
+    during long waits; a request to end takes effect after it, or in a `wait` of its own.
     """
 
     def __init__(
@@ -96,12 +96,15 @@ class Watch:
 
     def _on_stop(self, _signal: int, _frame: FrameType | None) -> None:
         self._stopped = True
-        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm ends the process
+        # First the timer: an alarm of the watch would end the process without the handler.
         signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm ends the process
         if self._waiting:
             raise StoppedError("asked to end")
 
     def _on_alarm(self, _signal: int, _frame: FrameType | None) -> None:
+        if self._stopped:
+            return
         progress, since_ns = self._seen
         now_ns = wall_ns()
         # Time in which this process itself was stopped, for example by Ctrl-Z, does not count.
@@ -112,7 +115,11 @@ class Watch:
             return
         if not self._waiting:
             return
+        self._waiting = False  # a request to end must not interrupt the writing of a record here
         self._on_idle()
+        self._waiting = True
+        if self._stopped:
+            raise StoppedError("asked to end")
         if self._limit_s is not None and now_ns - since_ns > self._limit_s * 1e9:
             missing = self._blame(now_ns - since_ns > 2 * self._limit_s * 1e9)
             if missing is not None:

@@ -130,7 +130,7 @@ class ZenohBus(Connection):
         for _ in range(_MAX_ROUNDS):
             if not self._empty_queues(but=self._awaited_topic):
                 break
-            pause()
+            self._watch.wait(pause)
 
     def _take_in(self, topic: Topic[Any], sample: zenoh.Sample) -> None:
         key = str(sample.key_expr)
