@@ -65,12 +65,18 @@ def execute(
     code = exits.OK
     tell_loss = partial(_print_death, errors=errors, then="; the run goes on")
     held: list[Death] = []  # until the table gives the screen back
+    bad_ends: list[Death] = []
     bar = RunProgress(console, loaded.name, loaded.scenario.duration_s)
     shown = bar if table is None else table(console, folder)
     try:
         with shown as progress:
             on_loss = tell_loss if table is None else held.append
-            watch = Watch(on_progress=progress.show, on_loss=on_loss, on_held_up=progress.note)
+            watch = Watch(
+                on_progress=progress.show,
+                on_loss=on_loss,
+                on_held_up=progress.note,
+                on_bad_end=bad_ends.append,
+            )
             if waiting is not None:
                 watch = replace(
                     watch,
@@ -100,6 +106,8 @@ def execute(
         where = "" if waiting is None else waiting.where(death)
         done = "" if code else "; it had done its work: the run is complete"
         _print_death(death, errors, f"{where}{done}")
+    for bad_end in bad_ends:
+        _print_death(bad_end, errors)
     if (folder / LOG).exists() and not _summarize(folder, loaded.scenario, console, errors):
         code = code or exits.FAILED
     console.print(f"written to {folder}", highlight=False, soft_wrap=True)

@@ -23,6 +23,9 @@ LAW_FAILED: Final = 7  # one of the scenario's own laws failed
 VEHICLE_LOST: Final = 8  # a fault killed a vehicle, and the run is to end then
 DONE: Final = 64
 
+FINISHED: Final = frozenset({DONE, STOPPED, STALLED, LAW_FAILED, VEHICLE_LOST})
+"""Exit statuses of a world that has finished its log."""
+
 _SOURCE: Final = re.compile(r" at \S+\.rs:\d+\.?")  # a place in Zenoh's code
 _NO_MEMORY: Final = re.compile(
     "allocation error|allocation_failed|allocate memory|failed to map segment", re.IGNORECASE

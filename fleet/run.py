@@ -53,6 +53,7 @@ class Watch:
     `on_held_up` now and then with a sentence on the machine that holds up the run, if one does, and
     `on_idle` when nothing has happened for half a second.
     `on_loss` is called when a vehicle process dies and the run, in real time, goes on without it.
+    `on_bad_end` is called if the world cannot finish the log of a run that ends early.
     """
 
     on_progress: OnProgress = _ignore
@@ -61,6 +62,7 @@ class Watch:
     on_arrival: Callable[[Arrival], None] = _ignore
     on_held_up: Callable[[str], None] = _ignore
     on_idle: Callable[[], None] = lambda: None
+    on_bad_end: Callable[[Death], None] = _ignore
 
 
 _NO_WATCH: Final = Watch()
@@ -160,6 +162,8 @@ def _run_on_processes(
         complete = supervisor is not None and supervisor.completed
         raise Interrupted(complete=complete) from None
     finally:
+        for bad_end in () if supervisor is None else supervisor.bad_ends:
+            watch.on_bad_end(bad_end)
         os.close(read_fd)
         os.close(write_fd)
         (folder / FILE).unlink(missing_ok=True)  # nobody listens there any more

@@ -12,26 +12,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from zenvoy.bus.clock import wall_ns
-from zenvoy.fleet.ends import (
-    DONE,
-    EXHAUSTED,
-    LAW_FAILED,
-    STALLED,
-    STOPPED,
-    VEHICLE_LOST,
-    Death,
-    LastWords,
-    LastWordsPipe,
-)
+from zenvoy.fleet.causes import FROZEN, Causes
+from zenvoy.fleet.ends import DONE, STALLED, Death, LastWordsPipe
 from zenvoy.fleet.frozen import Frozen
 from zenvoy.fleet.requests import requests_held
 from zenvoy.fleet.spawn import Child, Program, spawn
 
 _END_LIMIT_S: Final = 7.0  # time for the world to finish the log; it allows itself 5 s
 _CHECK_EVERY_S: Final = 0.5  # how often to look for frozen processes
-_TAIL_LINES: Final = 15
-_NO_MEMORY: Final = "memory allocation of "  # Zenoh prints this before it aborts
-_FROZEN: Final = "stalled: a signal or a debugger has stopped it"
 
 
 class Supervisor:
@@ -39,7 +27,8 @@ class Supervisor:
 
     A program that ends before the leader counts as dead unless its exit status is DONE. So does one
     that has been frozen for `stall_limit_s`. Use it as a context manager: no child outlives the
-    context, and `completed` says whether the leader has done its work.
+    context, and `completed` says whether the leader has done its work. `bad_ends` has the leaders
+    that were asked to end and could not finish, such as a world that could not finish its log.
     """
 
     def __init__(
@@ -58,9 +47,11 @@ class Supervisor:
         self._selector = selectors.DefaultSelector()
         self._words = LastWordsPipe()
         self._frozen = Frozen(stall_limit_s)
+        self._causes = Causes(self._words, self._look_for_frozen)
         self._checked_ns = 0
         self._earlier_sigchld: Any = None  # the handler to restore
         self.completed = False
+        self.bad_ends: list[Death] = []
 
     def __enter__(self) -> Supervisor:
         self._keep_exit_statuses()
@@ -152,7 +143,7 @@ class Supervisor:
                 if child.program.successor is not None:
                     self._start(child.program.successor)
             elif code != DONE:
-                deaths.append((child, self._death(child, code)))
+                deaths.append((child, self._causes.of_death(child, code)))
         return deaths
 
     def _is_planned(self, program: Program, code: int) -> bool:
@@ -162,38 +153,6 @@ class Supervisor:
         words = self._words.of(program.name)
         return words is not None and words.text == program.killed_with
 
-    def _death(self, child: Child, code: int) -> Death:
-        """Return the death of a child with this exit code; below 0 it is that of a signal."""
-        name, tail = child.program.name, _tail(child.log)
-        words = self._words.of(name)
-        if code == -signal.SIGABRT and any(_NO_MEMORY in line for line in tail):
-            return Death(name, "cannot go on: out of memory (ulimit -v)", refused=True)
-        if code < 0 or code == STOPPED:
-            how = "ended by SIGTERM" if code > 0 else f"killed by {signal.Signals(-code).name}"
-            return Death(name, f"died: {how}", tail)
-        if words is None or code not in {LAW_FAILED, VEHICLE_LOST, EXHAUSTED, STALLED}:
-            return Death(name, f"died: exit status {code}", tail)
-        if code == STALLED:
-            return self._blame(words, tail)
-        if code in {LAW_FAILED, VEHICLE_LOST}:
-            (who,) = words.culprits or (name,)
-            return Death(who, f"died: {words.text}")
-        return Death(name, f"cannot go on: {words.text}", tail, refused=True)
-
-    def _blame(self, words: LastWords, tail: tuple[str, ...]) -> Death:
-        """Return the death of the process that kept another waiting.
-
-        It is a frozen process if there is one, else the first that the other one waited for.
-        """
-        self._frozen.look(self._children.values(), wall_ns())
-        frozen = self._frozen.names
-        if frozen:
-            return Death(frozen[0], _FROZEN)
-        if not words.culprits:
-            return Death(words.name, f"stalled: {words.text}", tail)
-        others = f" and {len(words.culprits) - 1} more" if len(words.culprits) > 1 else ""
-        return Death(f"{words.culprits[0]}{others}", f"stalled: {words.name} has made {words.text}")
-
     def _stalled(self) -> list[tuple[Child, Death]]:
         """Return the children that have now been frozen for the stall limit."""
         now_ns = wall_ns()
@@ -201,7 +160,12 @@ class Supervisor:
             return []
         self._checked_ns = now_ns
         self._frozen.look(self._children.values(), now_ns)
-        return [(child, Death(child.program.name, _FROZEN)) for child in self._frozen.due(now_ns)]
+        return [(child, Death(child.program.name, FROZEN)) for child in self._frozen.due(now_ns)]
+
+    def _look_for_frozen(self) -> Sequence[str]:
+        """Return the names of the children that are frozen now."""
+        self._frozen.look(self._children.values(), wall_ns())
+        return self._frozen.names
 
     def _reap(self, pidfd: int) -> int:
         child = self._children.pop(pidfd)
@@ -239,11 +203,7 @@ class Supervisor:
                 return
             for key, _ in self._selector.select(left_s):
                 if key.fd in self._children:
-                    self._reap(key.fd)
-
-
-def _tail(log: Path) -> tuple[str, ...]:
-    try:
-        return tuple(log.read_text("utf-8", errors="replace").splitlines()[-_TAIL_LINES:])
-    except OSError:
-        return ()
+                    child = self._children[key.fd]
+                    bad_end = self._causes.of_bad_end(child, self._reap(key.fd))
+                    if child.program in self._leaders and bad_end is not None:
+                        self.bad_ends.append(bad_end)

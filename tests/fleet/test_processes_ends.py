@@ -5,52 +5,17 @@ from __future__ import annotations
 import json
 import os
 import re
-import resource
 import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import psutil
 import pytest
 
-from tests.conftest import Command, command, wait_until
+from tests.conftest import command, wait_until
+from tests.fleet.long_run import LONG, NAMES, assert_stopped, events, running
 from tests.let_pass import let_pass
-from tests.streamed_log import Log, read_log
+from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
-from zenvoy.bus.log_format import CHUNK_BYTES
-
-# Far longer than any test waits.
-LONG = """
-duration_s: 100000
-fleet: {size: 3}
-channel: {loss: {p: 0.1}}
-"""
-NAMES = {"world", "channel", "vehicle-01", "vehicle-02", "vehicle-03"}
-
-
-@contextmanager
-def running(folder: Path, *arguments: str, scenario: str = LONG) -> Iterator[Command]:
-    """Start a long run on Zenoh, and wait until it has cycles. Its log is out/run.mcap."""
-    (folder / "long.yaml").write_text(scenario)
-    with command(folder, "run", "long.yaml", "--out", "out", *arguments) as started:
-        started.wait_for_children(NAMES)
-        started.wait_for_cycles(folder / "out" / "run.mcap")
-        yield started
-
-
-def events(log: Log) -> list[tuple[int, str]]:
-    """Return kinds and texts of the events in the order of the log."""
-    found = [pb.Event.FromString(message.data) for message in log.of("/events")]
-    return [(event.kind, event.text) for event in found]
-
-
-def assert_stopped(log: Log) -> None:
-    """Check that the log is complete, and has the time at which the run was stopped."""
-    assert log.whole
-    assert log.result["end"] == "stopped"
-    assert events(log)[-1] == (pb.EVENT_STOPPED, "asked to end")
-    assert int(log.result["cycles"]) == len(log.of("/fleet/truth")) - 1
 
 
 @pytest.mark.parametrize("victim", ["vehicle-03", "channel"])
@@ -184,24 +149,6 @@ def test_a_process_that_is_asked_to_end_by_somebody_else_is_named(
         assert started.left(0.0) == []
     assert (outcome.code, outcome.err) == (3, f"{victim} died: ended by SIGTERM\n")
     assert_stopped(read_log(tmp_path / "out" / "run.mcap"))
-
-
-def test_a_full_disk_is_reported_in_one_line(tmp_path: Path) -> None:
-    """The test stands in for a full disk with a limit on the size of files.
-
-    The first chunk always fits, so the log has cycles.
-    """
-    (tmp_path / "long.yaml").write_text(LONG)
-    limit = (resource.RLIMIT_FSIZE, CHUNK_BYTES + 100_000)
-    with command(tmp_path, "run", "long.yaml", "--out", "out", limit=limit) as started:
-        started.wait_for_children(NAMES)
-        outcome = started.wait()
-        assert started.left(0.0) == []
-    assert outcome.code == 1
-    first, second = outcome.err.splitlines()
-    assert first == "world cannot go on: File too large (ulimit -f)"
-    assert second.startswith("the log is cut: read up to ")
-    assert read_log(tmp_path / "out" / "run.mcap").metadata["zenvoy.run"]["vehicles"] == "3"
 
 
 def test_a_fleet_that_was_stopped_as_a_whole_goes_on(tmp_path: Path) -> None:

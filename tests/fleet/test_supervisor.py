@@ -200,3 +200,35 @@ def test_a_process_that_is_killed_before_it_is_to_die_has_died(tmp_path: Path) -
     doomed = Program(name="vehicle-01", run="r", main=killed, killed_with="planned")
     death, losses, _ = death_of(tmp_path, [world, doomed])
     assert (str(death), losses) == ("vehicle-01 died: killed by SIGKILL", [])
+
+
+def alarmed() -> None:
+    """End as a process does that has no time left to end."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.raise_signal(signal.SIGALRM)
+
+
+@pytest.mark.parametrize(
+    ("at_end", "expected"),
+    [
+        (partial(fail_with, StoppedError("asked to end")), []),
+        (partial(fail_with, ValueError("a mistake")), ["world died: exit status 1"]),
+        (alarmed, ["world was killed, because it did not end in time"]),
+    ],
+    ids=["finished", "error", "alarm"],
+)
+def test_a_leader_that_cannot_finish_is_named(
+    tmp_path: Path, at_end: Callable[[], None], expected: list[str]
+) -> None:
+    def lead() -> None:
+        signal.sigwait({signal.SIGTERM})
+        at_end()
+
+    programs = [
+        Program(name="world", run="r", main=lead),
+        Program(name="channel", run="r", main=partial(fail_with, ValueError("not reported"))),
+    ]
+    supervisor = Supervisor(programs, tmp_path, stall_limit_s=60.0)
+    with pytest.raises(KeyboardInterrupt), supervisor:
+        raise KeyboardInterrupt
+    assert [str(one) for one in supervisor.bad_ends] == expected
