@@ -46,8 +46,8 @@ class RunProgress:
         self._bar.stop()
 
     def note(self, held_up: str) -> None:
-        """Take note of a machine that holds up the run; lines from now on say so."""
-        self._held_up = f"; {held_up}"
+        """Take note of the machine that holds up the run, if any; lines from now on say so."""
+        self._held_up = f"; {held_up}" if held_up else ""
 
     def show(self, progress: Progress) -> None:
         """Show the progress; away from a terminal, print a line every few seconds."""

@@ -45,7 +45,7 @@ class Arrival(NamedTuple):
 
 
 class HeldUp(NamedTuple):
-    """A sentence on the machine that holds up the run."""
+    """A sentence on the machine that holds up the run; "" if none does."""
 
     text: str
 

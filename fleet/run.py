@@ -50,7 +50,7 @@ class Watch:
     """Callbacks during a run; by default they do nothing.
 
     `on_endpoints` is called before processes start, `on_arrival` when one has come or gone,
-    `on_held_up` now and then with a sentence on the machine that holds up the run, if one does, and
+    `on_held_up` now and then with a sentence on the machine that holds up the run ("": none), and
     `on_idle` when nothing has happened for half a second.
     `on_loss` is called when a vehicle process dies and the run, in real time, goes on without it.
     `on_bad_end` is called if the world cannot finish the log of a run that ends early.

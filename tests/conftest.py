@@ -142,10 +142,10 @@ class Command:
     def has_children(self, names: set[str]) -> bool:
         """Return whether all of `names` come to exist before the command ends; watch them."""
         wait_until(
-            lambda: self._ended() or names <= self.children().keys(),
+            lambda: self.has_ended() or names <= self.children().keys(),
             f"the processes {', '.join(sorted(names))} are there",
         )
-        if self._ended():
+        if self.has_ended():
             return False
         for name, pid in self._pids.items():
             self._pidfds.setdefault(name, os.pidfd_open(pid))
@@ -156,10 +156,10 @@ class Command:
 
         def has_cycles() -> bool:
             big_enough = log.exists() and log.stat().st_size > 20_000
-            return self._ended() or (big_enough and bool(read_log(log).of("/fleet/truth")))
+            return self.has_ended() or (big_enough and bool(read_log(log).of("/fleet/truth")))
 
         wait_until(has_cycles, f"{log} has reached a cycle")
-        assert not self._ended(), self.wait()
+        assert not self.has_ended(), self.wait()
 
     def send(self, number: signal.Signals) -> None:
         """Send a signal to the command alone."""
@@ -172,6 +172,10 @@ class Command:
     def send_to_child(self, name: str, number: signal.Signals) -> None:
         """Send a signal to a watched child, and never to a process that reuses its id."""
         signal.pidfd_send_signal(self._pidfds[name], number)
+
+    def has_ended(self) -> bool:
+        """Return whether the command has ended."""
+        return self._process.poll() is not None
 
     def wait(self, limit_s: float = LIMIT_S) -> Outcome:
         """Wait until the command has ended, and return its outcome."""
@@ -199,9 +203,6 @@ class Command:
         for pidfd in self._pidfds.values():
             os.close(pidfd)
         self.sockets.cleanup()
-
-    def _ended(self) -> bool:
-        return self._process.poll() is not None
 
 
 def _zenvoy() -> list[str]:

@@ -45,8 +45,8 @@ def run_world(
     """Run the world and log to the end of the run; raises BusError, or OSError for a full disk.
 
     `on_clock`, `on_arrival` and `on_held_up` tell the caller of its progress, of processes that
-    come and go, and now and then of a machine that holds up the run. In real time, requests of a
-    person come through `by_hand`.
+    come and go, and now and then of a machine that holds up the run ("": none). In real time,
+    requests of a person come through `by_hand`.
     The log at `path` is finished properly in any case, if possible, and says how the run ended.
     """
     if scenario.fleet.size < _LARGE_FLEET:
@@ -55,12 +55,16 @@ def run_world(
         keep_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
         bus, run_to_end = _world_on_bus(scenario, wiring, recorder, by_hand)
+        said = ""
 
         def tick(clock: pb.Clock) -> None:
+            nonlocal said
             bus.publish(CLOCK, clock.SerializeToString())
             on_clock(clock)
-            if clock.cycle % _STEPS_BETWEEN == 0 and (text := recorder.held_up(clock.wall_ns)):
-                on_held_up(text)
+            if clock.cycle % _STEPS_BETWEEN == 0:
+                before, said = said, recorder.held_up(clock.wall_ns)
+                if said != before:
+                    on_held_up(said)
 
         recorder.on_clock = tick
         bus.on_idle = recorder.flush_if_due

@@ -14,7 +14,7 @@ import pytest
 
 from tests.conftest import wait_until, zenvoy
 from tests.fleet.hosts import host, serving
-from tests.let_pass import let_pass
+from tests.fleet.slow_machine import hold_up
 from tests.streamed_log import read_log
 
 STEPPED: Final = """
@@ -22,7 +22,6 @@ duration_s: 20
 fleet: {size: 8}
 channel: {loss: {p: 0.1}}
 """
-_PAUSE_S: Final = 3.0
 LONG: Final = STEPPED.replace("duration_s: 20", "duration_s: 100000")
 
 
@@ -55,10 +54,9 @@ def test_a_machine_that_holds_up_the_steps_is_named(tmp_path: Path) -> None:
         host(tmp_path, "alpha", "1-4", *there),
         host(tmp_path, "beta", "5-8", *there) as slow,
     ):
-        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
-        slow.send_to_group(signal.SIGSTOP)
-        let_pass(_PAUSE_S)
-        slow.send_to_group(signal.SIGCONT)
+        log = tmp_path / "out" / "run.mcap"
+        served.wait_for_cycles(log)
+        hold_up(slow, "beta", served, log)
         outcome = served.wait()
     assert (outcome.code, outcome.err) == (0, "")
     alone, whole = (read_log(tmp_path / name / "run.mcap") for name in ("alone", "out"))

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from time import monotonic
 from typing import Final
 
 import pytest
@@ -19,8 +18,8 @@ import pytest
 from tests.as_child import as_child
 from tests.conftest import LIMIT_S, Command, command, wait_until, zenvoy
 from tests.fleet.joining import STEPPED, joining, meeting
+from tests.fleet.slow_machine import hold_up
 from tests.intrusions.keys import HOSTS, REVOKED, SIZE, make_keys
-from tests.let_pass import let_pass
 from tests.router import Router, locked_endpoint, router
 from tests.streamed_log import read_log
 from zenvoy import run
@@ -30,7 +29,6 @@ from zenvoy.fleet.routers import write_router
 
 ROOT: Final = Path(__file__).parents[2]
 EIGHT: Final = STEPPED.replace("size: 4", "size: 8").replace("duration_s: 20", "duration_s: 5")
-_PAUSE_S: Final = 3.0
 # Attempts that the router must have refused: the key, and whose certificate it was.
 MODES: Final = ("as a peer", "as a router")
 FORGERIES: Final = (
@@ -148,12 +146,10 @@ def test_a_slow_machine_behind_a_router_is_named(routed: tuple[Path, Router]) ->
         host(routed, "epsilon", "1-4"),
         host(routed, "zeta", "5-8", "--host", "zeta") as slow,
     ):
-        began_s = monotonic()
-        served.wait_for_cycles(folder / "held" / "out" / "run.mcap")
-        slow.send_to_group(signal.SIGSTOP)
-        let_pass(_PAUSE_S + 2 * (monotonic() - began_s))  # most of the run so far
-        slow.send_to_group(signal.SIGCONT)
-        wait_until(lambda: "vehicles 5-8 on zeta held up" in served.out, "it is named")
+        log = folder / "held" / "out" / "run.mcap"
+        served.wait_for_cycles(log)
+        hold_up(slow, "zeta", served, log)
+        assert "vehicles 5-8 on zeta held up" in served.out
         served.send(signal.SIGINT)
         assert served.wait().code == 130
 

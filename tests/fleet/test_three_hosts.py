@@ -20,6 +20,7 @@ from tests.fleet.hosts import TIMED
 from tests.fleet.joining import meeting
 from tests.fleet.networks import Host, require_netem, star
 from tests.fleet.relayed_link import relayed
+from tests.fleet.slow_machine import hold_up
 from tests.let_pass import let_pass
 from tests.streamed_log import read_log
 from zenvoy.bus import messages_pb2 as pb
@@ -32,7 +33,6 @@ channel: {loss: {p: 0.1}}
 LONG: Final = STEPPED.replace("duration_s: 200", "duration_s: 100000")
 _FAR_S: Final = 0.008
 _CUT_S: Final = 3.0
-_SLOW_S: Final = 5.0
 
 
 @pytest.fixture
@@ -137,10 +137,9 @@ def test_a_slow_host_is_named_as_the_one_that_holds_up_the_steps(
         joined(tmp_path, b, "1-4"),
         joined(tmp_path, c, "5-8") as slow,
     ):
-        served.wait_for_cycles(tmp_path / "out" / "run.mcap")
-        slow.send_to_group(signal.SIGSTOP)
-        let_pass(_SLOW_S)
-        slow.send_to_group(signal.SIGCONT)
+        log = tmp_path / "out" / "run.mcap"
+        served.wait_for_cycles(log)
+        hold_up(slow, "c", served, log)
         outcome = served.wait()
     assert (outcome.code, outcome.err) == (0, "")
     said = read_log(tmp_path / "out" / "run.mcap").result["held_up"]
