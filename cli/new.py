@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import keyword
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Final
 
 import typer
 
 from zenvoy.cli.terminal import console, refuse
+from zenvoy.laws import builtin
 
 NEW = typer.Typer(help="Write files to start from.", no_args_is_help=True)
 
@@ -116,8 +118,16 @@ def law(
     folder: Annotated[Path, typer.Option(help="Folder to write to.")] = Path(),
 ) -> None:
     """Write an example of a control law, a scenario that runs it, and a test that passes."""
-    if not name.isidentifier() or keyword.iskeyword(name) or not name.isascii():
+    if not name.isidentifier() or not name.isascii():
         refuse(f"{name!r} is not the name of a Python module; allowed: letters, digits and _")
+    if keyword.iskeyword(name):
+        refuse(f"{name!r} is a keyword of Python; allowed: other names")
+    if name.replace("_", " ") in builtin():
+        refuse(f"{name!r} is a law of Zenvoy; allowed: other names than {', '.join(builtin())}")
+    if not (folder / f"{name}.py").exists() and find_spec(name) is not None:
+        refuse(
+            f"{name!r} is a module that is installed, which its file would hide; allowed: others"
+        )
     texts = {f"{name}.py": _LAW, f"test_{name}.py": _TEST, f"{name}.yaml": _SCENARIO}
     for file in texts:
         if (folder / file).exists():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from zenvoy.laws.arithmetic import clipped, known, larger, root, share, smaller, where
+from zenvoy.laws.arithmetic import clipped, known, larger, power, root, share, smaller, where
 from zenvoy.laws.estimator import Estimator, LinearModel, Tracker
 from zenvoy.laws.law import (
     Column,
@@ -39,6 +39,7 @@ __all__ = [
     "larger",
     "law_of",
     "parameters_from",
+    "power",
     "register",
     "root",
     "share",

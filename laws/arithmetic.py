@@ -2,7 +2,8 @@
 
 A law runs on floats in a vehicle's process, and on arrays over seeds and vehicles in studies. An
 `if` on an array is an error, so these functions replace it. Sums and products work on both already.
-Transcendental functions are missing because their last bit depends on the processor.
+Transcendental functions are missing because their last bit depends on the processor. That of `**`
+does, too, so `power` replaces it.
 """
 
 from __future__ import annotations
@@ -60,3 +61,11 @@ def root(value: Number) -> Number:
         return math.sqrt(value) if value >= 0.0 else math.nan
     with np.errstate(invalid="ignore"):
         return np.sqrt(value)
+
+
+def power(base: Number, exponent: int) -> Number:
+    """Return a power for an exponent ≥ 0, as a product."""
+    result = 1.0
+    for _ in range(exponent):
+        result = result * base
+    return result

@@ -15,6 +15,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from zenvoy.laws.checks import flaw_in
 from zenvoy.laws.code import Code, code_of
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.laws.estimator import Estimator
@@ -56,6 +57,9 @@ def registered(code: Code, target: str, kind: Kind) -> str:
     Raises UnknownLawError.
     """
     law = _record_in(code, target.rpartition(":")[2], kind)
+    flaw = flaw_in(law)
+    if flaw is not None:
+        raise UnknownLawError(f"{code.path.name}, {target.rpartition(':')[2]}: {flaw}")
     if law.name in kind.taken():
         raise UnknownLawError(f"its name {law.name} is already that of one of Zenvoy's own")
     full = f"{target}#{code.digest}"

@@ -9,7 +9,9 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any
+from typing import Any, Final
+
+_LONGEST: Final = 100  # characters of a value in a message
 
 
 class UnknownLawError(Exception):
@@ -32,20 +34,25 @@ def raised(name: str, code: object, error: BaseException) -> LawError:
     `name` describes the code, such as "law Smith"; `code` is its function or class.
     """
     file, line = deepest(error.__traceback__, {_file(code)})
-    place = f" ({Path(file).name}, line {line})" if line else ""
+    place = f" ({Path(file).name}, line {line})" if line else _place(code)
     return LawError(f"{name} raised {described(error)}{place}")
 
 
 def useless(name: str, code: object, what: str) -> LawError:
     """Return the error for a law whose result cannot be used, with the line of the law."""
-    first = getattr(getattr(code, "__code__", None), "co_firstlineno", None)
-    place = f" ({Path(_file(code)).name}, line {first})" if first is not None else ""
-    return LawError(f"{name} {what}{place}")
+    return LawError(f"{name} {what}{_place(code)}")
 
 
 def described(error: BaseException) -> str:
-    """Return the kind of an error and its text, without the place that a SyntaxError adds."""
-    return f"{type(error).__name__}: {getattr(error, 'msg', None) or error}".rstrip(": ")
+    """Return the kind of an error and its text in a line, without the place of a SyntaxError."""
+    text = f"{type(error).__name__}: {getattr(error, 'msg', None) or error}".rstrip(": ")
+    return " ".join(text.split())
+
+
+def shortened(value: object) -> str:
+    """Return a value as a line that is not too long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
 
 
 def deepest(trace: TracebackType | None, files: Collection[str]) -> tuple[str, int]:
@@ -93,6 +100,15 @@ def errors_of_the_code(wrapped: Callable[[BaseException], Exception]) -> Iterato
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _place(code: object) -> str:
+    """Return where a function or class is defined, in parentheses; "" if that is not known."""
+    file = Path(_file(code)).name
+    line = getattr(getattr(code, "__code__", None), "co_firstlineno", None)
+    if line is not None:
+        return f" ({file}, line {line})"
+    return f" ({file})" if file else ""
 
 
 def _file(code: Any) -> str:

@@ -28,7 +28,7 @@ from zenvoy.scenarios.schema.channel import (
     SenderOffset,
 )
 from zenvoy.scenarios.schema.control import Control, GainChanges, MultiNode, Platoon, Switch
-from zenvoy.scenarios.schema.control_laws import modes, name_of, parameters_of
+from zenvoy.scenarios.schema.control_laws import key_of, modes, name_of, parameters_of
 from zenvoy.scenarios.schema.courses import Course, Targets
 from zenvoy.scenarios.schema.effective import effective_json, effective_yaml
 from zenvoy.scenarios.schema.events import Brake, Sine, Trace
@@ -132,6 +132,7 @@ __all__ = [
     "effective_yaml",
     "faults_of",
     "group_members",
+    "key_of",
     "load",
     "members",
     "modes",

@@ -25,6 +25,7 @@ from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Limits
+from zenvoy.vehicles.flaws import flaw_of
 from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.time_limit import time_limit
 
@@ -224,14 +225,14 @@ def applied(controller: Controller, observation: Observation) -> Output:
         raise raised(f"law {law.name}", law.acceleration, error) from error
     output = returned if isinstance(returned, Output) else Output(returned)
     try:
-        is_number = isfinite(output.acceleration) and all(map(isfinite, output.state))
-        has_columns = len(output.logged) == len(law.columns) and not any(map(isinf, output.logged))
+        is_valid = (
+            isfinite(output.acceleration)
+            and all(map(isfinite, output.state))
+            and not any(map(isinf, output.logged))
+            and (len(output.state), len(output.logged)) == (len(law.state), len(law.columns))
+        )
     except TypeError:
-        is_number = has_columns = False
-    if not is_number:
-        text = f"returned {output.acceleration!r}, which is no acceleration"
-        raise useless(f"law {law.name}", law.acceleration, text)
-    if not has_columns:
-        text = f"returned {output.logged!r} to be logged, not {len(law.columns)} numbers"
-        raise useless(f"law {law.name}", law.acceleration, text)
+        is_valid = False
+    if not is_valid:
+        raise useless(f"law {law.name}", law.acceleration, f"returned {flaw_of(output, law)}")
     return output

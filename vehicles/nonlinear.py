@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from zenvoy.laws.errors import raised
+from zenvoy.laws.errors import raised, shortened, useless
 from zenvoy.laws.estimator import Array, Estimator, LinearModel, Moments, Tracker
 from zenvoy.vehicles.filterpy_kalman import (
     ExtendedKalmanFilter,
@@ -91,6 +91,8 @@ class Unscented:
         return kalman.x, kalman.P
 
 
+_MOMENTS: Final = "state ({n},) with its covariance ({n}, {n})"
+
 EXTENDED: Final = Estimator(name="ekf", start=Extended)
 UNSCENTED: Final = Estimator(name="ukf", start=Unscented)
 
@@ -146,23 +148,30 @@ class TrackingFilter:
                 if self._tracker is None:
                     model = linear_model(self._period_s, self._acceleration_std, len(z))
                     self._tracker = estimator.start(model, reading, error, self._parameters)
-                    state, covariance = reading, error
+                    found = reading, error
                 else:
                     found = self._tracker.step(inputs, reading, error)
-                    state, covariance = _checked(*found, len(z))
         except BaseException as failure:  # the estimator may raise anything
             raise raised(f"estimator {estimator.name}", estimator.start, failure) from failure
-        self._covariance = covariance
+        if not _are_moments(found, len(z)):
+            text = f"returned {shortened(found)}, which is no {_MOMENTS.format(n=len(z))}"
+            raise useless(f"estimator {estimator.name}", estimator.start, text)
+        state, self._covariance = found
         self.x = tuple(state.tolist())
 
 
-def _checked(state: Array, covariance: Array, size: int) -> Moments:
-    """Return both unchanged; raises ValueError if they are not a state and its covariance."""
+def _are_moments(found: object, size: int) -> bool:
+    """Return whether an estimator has returned a finite state and its covariance."""
+    if not (isinstance(found, tuple | list) and len(found) == 2):
+        return False
+    state, covariance = found
+    if not (isinstance(state, np.ndarray) and isinstance(covariance, np.ndarray)):
+        return False
     if state.shape != (size,) or covariance.shape != (size, size):
-        raise ValueError(f"returned a state {state.shape} and a covariance {covariance.shape}")
-    if not (np.isfinite(state).all() and (covariance.diagonal() >= 0.0).all()):
-        raise ValueError(f"returned a state {state} with variances {covariance.diagonal()}")
-    return state, covariance
+        return False
+    if not {state.dtype.kind, covariance.dtype.kind} <= set("fiu"):
+        return False
+    return bool(np.isfinite(state).all() and (covariance.diagonal() >= 0.0).all())
 
 
 def upper_root(P: Array) -> Array:

@@ -12,11 +12,15 @@ from typing import Final
 _NONE: Final = nullcontext()
 
 
+class _TimeUp(BaseException):
+    """The time is up. Code that catches every Exception does not catch this."""
+
+
 def time_limit(limit_s: float | None) -> AbstractContextManager[None]:
     """Return a context that raises TimeoutError in code that takes longer; None: no limit.
 
-    Only the main thread gets signals, so there is no limit in other threads. An earlier alarm is
-    restored afterwards.
+    Only the main thread gets signals, so there is no limit in other threads. Code that catches the
+    interruption all the same is interrupted again. An earlier alarm is restored afterwards.
     """
     if limit_s is None or threading.current_thread() is not threading.main_thread():
         return _NONE
@@ -30,7 +34,8 @@ def _limited(limit_s: float) -> Iterator[None]:
     def expire(number: int, frame: FrameType | None) -> None:
         # An alarm of the timer before may come late: another thread may have received its signal.
         if ours and signal.getitimer(signal.ITIMER_REAL)[0] == 0.0:
-            raise TimeoutError(f"took longer than {limit_s:g} s")
+            signal.setitimer(signal.ITIMER_REAL, limit_s)
+            raise _TimeUp
         if callable(before):
             before(number, frame)
 
@@ -41,6 +46,10 @@ def _limited(limit_s: float) -> Iterator[None]:
     ours = True
     try:
         yield
+    except _TimeUp as interruption:
+        ours = False
+        text = f"took longer than {limit_s:g} s"
+        raise TimeoutError(text).with_traceback(interruption.__traceback__) from None
     finally:
         ours = False
         if signal.getsignal(signal.SIGALRM) is expire:  # else a request to end has taken it over

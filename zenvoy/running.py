@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from operator import index
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Literal
+from typing import Literal, SupportsIndex
 
 from pydantic import ValidationError
 
@@ -32,7 +33,7 @@ __all__ = ["Progress", "run"]
 def run(
     scenario: str | PathLike[str] | Loaded | Scenario,
     *,
-    seed: int | None = None,
+    seed: SupportsIndex | None = None,
     engine: Choice = "processes",
     vehicles_per_process: int | Literal["auto"] = 1,
     out: str | PathLike[str] | None = None,
@@ -57,7 +58,7 @@ def run(
     scenario, ProcessLostError if a process dies or stalls, and RunError if the system lacks disk,
     memory, processes or file descriptors for the run.
     """
-    what = _seeded(scenario, seed)
+    what = _seeded(scenario, _whole(seed))
     if engine not in CHOICES:
         raise errors.InputError(f"engine: {engine!r} is not one of {', '.join(CHOICES)}")
     if what.scenario.clock == "realtime" and engine != "processes":
@@ -102,8 +103,16 @@ def _seeded(scenario: str | PathLike[str] | Loaded | Scenario, seed: int | None)
     try:
         return replace(scenario, scenario=Scenario.model_validate(values))
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise errors.ScenarioError(f"seed {seed}: {first['msg']}") from error
+        raise errors.ScenarioError(f"seed: {seed} is not in [0, {2**63})") from error
+
+
+def _whole(seed: object) -> int | None:
+    """Return a seed as Python's int, also from an integer of numpy."""
+    if seed is None:
+        return None
+    if isinstance(seed, SupportsIndex) and not isinstance(seed, bool):
+        return index(seed)
+    raise errors.ScenarioError(f"seed: {seed!r} is not a whole number")
 
 
 def _lost(death: Death, log: Path) -> errors.RunError:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from zenvoy.laws import builtin, law_of
 from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.table import distributions
-from zenvoy.scenarios import Latency, Scenario, name_of, parameters_of, roster
+from zenvoy.scenarios import Latency, Scenario, key_of, name_of, parameters_of, roster
 from zenvoy.vehicles.arrays.beaconing import RULES
 from zenvoy.vehicles.arrays.refusal import NotCoveredError
 from zenvoy.vehicles.arrays.timing import Timing
@@ -73,20 +73,9 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
             fault = fault_on_arrays(law, parameters, scenario.stall_limit_s)
             if fault is not None:
                 yield (
-                    f"{_key_of(scenario, model)}: {name_of(model)} does not run on arrays: {fault};"
+                    f"{key_of(scenario, model)}: {name_of(model)} does not run on arrays: {fault};"
                     " allowed: a law for floats and arrays (docs/arrays.md)"
                 )
-
-
-def _key_of(scenario: Scenario, model: str) -> str:
-    """Return the first key that names a model."""
-    control = scenario.control
-    keys = [
-        ("control.model", control.model),
-        *((f"control.schedule.{n}.model", one.model) for n, one in enumerate(control.schedule)),
-        *((f"fleet.groups.{n}.model", one.model) for n, one in enumerate(scenario.fleet.groups)),
-    ]
-    return next(key for key, named in keys if named == model)
 
 
 def _of_memory(scenario: Scenario) -> Iterator[str]:

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from zenvoy.laws.arithmetic import larger, root
+from zenvoy.laws.arithmetic import larger, power, root
 from zenvoy.laws.law import Law, Linear, Observation, Setpoint
 from zenvoy.laws.parameters import Exponent, NonNegative, Positive
 from zenvoy.laws.relative import Number
@@ -43,12 +43,12 @@ def intelligent_driver(seen: Observation, own: Parameters) -> Number:
     wanted = own.standstill_m + larger(0.0, approach)
     gap = larger(_SMALLEST_GAP_M, seen.ahead.p - seen.length_m)
     ratio = wanted / gap
-    return a * (1.0 - _power(v / own.free_speed_mps, own.exponent) - ratio * ratio)
+    return a * (1.0 - power(v / own.free_speed_mps, own.exponent) - ratio * ratio)
 
 
 def equilibrium_gap_m(own: Parameters, speed_mps: float) -> float:
     """Return the equilibrium gap from bumper to bumper at a steady speed, m; ∞ from v0 on."""
-    free = 1.0 - _power(speed_mps / own.free_speed_mps, own.exponent)
+    free = 1.0 - power(speed_mps / own.free_speed_mps, own.exponent)
     wanted = own.standstill_m + own.headway_s * speed_mps
     return wanted / math.sqrt(free) if free > 0.0 else math.inf
 
@@ -70,7 +70,7 @@ def _at(own: Parameters, v: float) -> Linear:
     """Return the derivatives of the law at the equilibrium of a speed; k_d is 0 from v0 on."""
     a, gap = own.acceleration_mps2, equilibrium_gap_m(own, v)
     wanted = own.standstill_m + own.headway_s * v
-    slope = _power(v / own.free_speed_mps, own.exponent - 1) * own.exponent / own.free_speed_mps
+    slope = power(v / own.free_speed_mps, own.exponent - 1) * own.exponent / own.free_speed_mps
     return Linear(
         (1.0,),
         (),
@@ -83,14 +83,6 @@ def _at(own: Parameters, v: float) -> Linear:
 def _linear(own: Parameters, setpoint: Setpoint, _m: int) -> Linear:
     """Return the law at the equilibrium of the desired speed of the scenario."""
     return _at(own, setpoint.v_des)
-
-
-def _power(base: Number, exponent: int) -> Number:
-    """Return a power by multiplication, because `**` depends on the processor."""
-    result = 1.0
-    for _ in range(exponent):
-        result = result * base
-    return result
 
 
 LAW = Law(

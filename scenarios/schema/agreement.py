@@ -15,7 +15,12 @@ from zenvoy.scenarios.schema.agreement_of_events import events_that_disagree
 from zenvoy.scenarios.schema.agreement_of_faults import faults_that_disagree
 from zenvoy.scenarios.schema.agreement_of_sets import sets_that_disagree
 from zenvoy.scenarios.schema.agreement_of_start import start_that_disagrees
-from zenvoy.scenarios.schema.control_laws import name_of, parameters_of
+from zenvoy.scenarios.schema.control_laws import (
+    key_of,
+    models_named,
+    name_of,
+    parameters_of,
+)
 from zenvoy.values.wording import trimmed
 
 if TYPE_CHECKING:
@@ -42,6 +47,7 @@ def disagreements(scenario: Scenario) -> list[Problem]:
         *_ring(scenario),
         *_weights(scenario),
         *_shared_links(scenario),
+        *_names_of_laws(scenario),
         *sets_that_disagree(scenario),
         *_times(scenario),
         *_beacons(scenario),
@@ -57,6 +63,19 @@ def refuse_disagreements(scenario: Scenario) -> None:
     """Raise DisagreementError if any two values of `scenario` disagree."""
     if problems := disagreements(scenario):
         raise DisagreementError(problems)
+
+
+def _names_of_laws(scenario: Scenario) -> Iterator[Problem]:
+    """Check that no two laws have the same name, which stands for a law in the log."""
+    first: dict[str, str] = {}
+    for model in models_named(scenario):
+        law = find(model)
+        if law is not None and first.setdefault(law.name, model) != model:
+            text = (
+                f"{name_of(model)} has the name of {name_of(first[law.name])}, {law.name};"
+                " allowed: a name of its own for each law"
+            )
+            yield Problem(key=key_of(scenario, model), text=text)
 
 
 def _lengths(scenario: Scenario) -> Iterator[Problem]:

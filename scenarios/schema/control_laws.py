@@ -29,6 +29,17 @@ def models_named(scenario: Scenario) -> list[str]:
     return list(dict.fromkeys(model for model in named if model is not None))
 
 
+def key_of(scenario: Scenario, model: str) -> str:
+    """Return the first key that names a model."""
+    control = scenario.control
+    keys = [
+        ("control.model", control.model),
+        *((f"control.schedule.{n}.model", one.model) for n, one in enumerate(control.schedule)),
+        *((f"fleet.groups.{n}.model", one.model) for n, one in enumerate(scenario.fleet.groups)),
+    ]
+    return next(key for key, named in keys if named == model)
+
+
 def modes(scenario: Scenario) -> dict[str, int]:
     """Return the mode, the number in the log, of every model that a scenario names.
 

@@ -82,11 +82,49 @@ def one_too_many(seen: Observation, _: Any) -> Any:
     return Output(seen.speed, logged=(seen.speed / 0.0,))
 
 
+def by_a_power(seen: Observation, _: Any) -> Any:
+    return 0.3 * (1.0 - (seen.speed / 33.0) ** 2)
+
+
+def by_a_power_where(seen: Observation, _: Any) -> Any:
+    return 0.3 * where(seen.speed > 5.0, seen.speed, 5.0) ** 4
+
+
+def by_exp(seen: Observation, _: Any) -> Any:
+    return np.exp(-seen.speed)
+
+
+def list_of_two(_seen: Observation, _: Any) -> Any:
+    return np.array([1.0, 2.0])
+
+
+def ragged(_seen: Observation, _: Any) -> Any:
+    return (1.0, (2.0,))
+
+
+def text(_seen: Observation, _: Any) -> Any:
+    return "fast"
+
+
+def of_another_shape(seen: Observation, _: Any) -> Any:
+    return seen.speed if isinstance(seen.speed, float) else seen.speed[:2]
+
+
+OTHER_BITS = "which gives other bits on arrays than on floats"
+
+
 @pytest.mark.parametrize(
     ("function", "expected"),
     [
         (with_a_branch, "it raises ValueError"),
-        (by_the_mean, "it gives other values on arrays than on floats"),
+        (by_a_power, f"it uses **, {OTHER_BITS}"),
+        (by_a_power_where, f"it uses **, {OTHER_BITS}"),
+        (by_exp, f"it uses numpy.exp, {OTHER_BITS}"),
+        (by_the_mean, f"it uses numpy.add.reduce, {OTHER_BITS}"),
+        (list_of_two, "it returns array([1., 2.]), which is no number"),
+        (ragged, "it returns (1.0, (2.0,)), which is no number"),
+        (text, "it returns 'fast', which is no number"),
+        (of_another_shape, "it returns arrays of another shape than it is given"),
         (one_too_many, "it raises ZeroDivisionError"),
     ],
 )

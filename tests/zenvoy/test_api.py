@@ -112,8 +112,10 @@ def test_errors_have_the_messages_of_the_command(here: Path) -> None:
     assert f"{refused.value}\n" == message
     with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0"):
         zenvoy.run("s.yaml", seed=-1)
-    with pytest.raises(zenvoy.ScenarioError, match=r"^seed -1: "):
+    with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0, 9223372036854"):
         zenvoy.run(Scenario(), seed=-1)
+    with pytest.raises(zenvoy.ScenarioError, match=r"^seed: 'a' is not a whole number"):
+        zenvoy.run("s.yaml", seed="a")  # type: ignore[arg-type]  # what a user may write
     with pytest.raises(zenvoy.ScenarioError, match=r"^'nope' is neither a file nor"):
         zenvoy.run("nope")
     with pytest.raises(zenvoy.ScenarioError, match=r"^seed: a value of type object is not allowed"):

@@ -58,8 +58,8 @@ class LawCalls:
                 return output
         except BaseException as error:  # the law may raise anything, even by sys.exit
             self._blame(controller, rows, observation)
-            what = " ".join(described(error).split())
-            raise NotCoveredError(f"law {law.name} raised {what}, but only on arrays") from error
+            what = f"law {law.name} raised {described(error)}, but only on arrays"
+            raise NotCoveredError(what) from error
         self._blame(controller, rows, observation)
         raise NotCoveredError(f"law {law.name} gives other values on arrays than on floats")
 

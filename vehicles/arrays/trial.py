@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from zenvoy.laws import Law, Motion, Observation, Output, Relative, Setpoint, where
-from zenvoy.laws.errors import described, errors_of_the_code
+from zenvoy.laws.errors import described, errors_of_the_code, shortened
 from zenvoy.laws.relative import NAN, Number
+from zenvoy.vehicles.arrays.exact import InexactError, exact
 from zenvoy.vehicles.arrays.strict import strict_arithmetic
 from zenvoy.vehicles.time_limit import time_limit
 
@@ -27,7 +28,9 @@ class _FaultError(Exception):
 
 
 def _of(error: BaseException) -> _FaultError:
-    return _FaultError(f"it raises {' '.join(described(error).split())}")
+    if isinstance(error, InexactError):
+        return _FaultError(str(error))
+    return _FaultError(f"it raises {described(error)}")
 
 
 def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
@@ -39,14 +42,31 @@ def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
     try:
         with errors_of_the_code(_of), time_limit(limit_s), strict_arithmetic():
             alone = [_flat(law, parameters, tuple(point)) for point in _POINTS.tolist()]
-            together = _flat(law, parameters, tuple(_POINTS.T))
+            together = _flat(law, parameters, tuple(map(exact, _POINTS.T)))
     except _FaultError as error:
         return str(error)
+    strange = [one for values in alone for one in values if not _is_number(one)]
+    if strange:
+        return f"it returns {shortened(strange[0])}, which is no number"
+    if not all(_is_number(one) or _has_shape(one) for one in together):
+        return "it returns arrays of another shape than it is given"
+    if len({len(values) for values in (*alone, together)}) > 1:
+        return "it does not always return as many values"
     for at, values in enumerate(alone):
         for one, both in zip(values, together, strict=True):
-            if not np.array_equal(one, np.broadcast_to(both, len(_POINTS))[at], equal_nan=True):
+            there = np.broadcast_to(np.asarray(both), len(_POINTS))[at]
+            if not np.array_equal(one, there, equal_nan=True):
                 return "it gives other values on arrays than on floats"
     return None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | int | np.number | np.bool_)
+
+
+def _has_shape(value: Any) -> bool:
+    """Return whether a value has a number for each vehicle."""
+    return isinstance(value, np.ndarray) and value.shape == _POINTS.shape[:1]
 
 
 def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -64,9 +84,9 @@ def _flat(law: Law, parameters: Any, point: tuple[Any, ...]) -> tuple[Any, ...]:
         tuple((ahead, behind) for _ in range(law.sides(parameters))),
         predecessor,
         leader,
-        tuple(np.full(shape, value)[()] for value in law.state),
+        tuple(exact(np.full(shape, value)[()]) for value in law.state),
         0.1,
-        lambda number: np.full(shape, 1.0 / (2 + number))[()],
+        lambda number: exact(np.full(shape, 1.0 / (2 + number))[()]),
         acceleration=0.5 * ahead.v,
         length_m=4.5,
     )

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.conftest import zenvoy
 
 
@@ -21,3 +23,18 @@ def test_a_law_that_new_writes_runs_and_passes_its_test(tmp_path: Path) -> None:
     wrong = zenvoy(tmp_path, "new", "law", "gap keeper")
     assert wrong.code == 2
     assert "is not the name of a Python module" in wrong.err
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("class", "'class' is a keyword of Python; allowed: other names"),
+        ("IDM", "'IDM' is a law of Zenvoy; allowed: other names than FM, BCM,"),
+        ("statistics", "'statistics' is a module that is installed, which its file would hide;"),
+    ],
+)
+def test_a_name_that_cannot_work_is_refused(tmp_path: Path, name: str, message: str) -> None:
+    outcome = zenvoy(tmp_path, "new", "law", name)
+    assert outcome.code == 2
+    assert outcome.err.startswith(message)
+    assert list(tmp_path.iterdir()) == []

@@ -67,8 +67,27 @@ def test_a_wrong_law_or_parameter_is_refused_with_a_message(
     assert refusal(laws, control).startswith(message)
 
 
+def test_two_laws_of_the_same_name_are_refused(laws: Path) -> None:
+    """The log could not tell them apart, and its columns would have the same names."""
+    (laws / "other.py").write_text(IDM)
+    outcome = refusal(laws, 'model: "idm:smith", schedule: [{at_s: 1, model: "other:smith"}]')
+    assert outcome.startswith(
+        "control.schedule.0.model: other:smith has the name of idm:smith, Smith; "
+        "allowed: a name of its own for each law"
+    )
+
+
+def test_a_law_with_a_wrong_field_is_refused_before_the_run(laws: Path) -> None:
+    text = IDM.replace('colour="#CC79A7"', 'columns=("gap",)')
+    (laws / "wrong.py").write_text(text)
+    assert refusal(laws, 'model: "wrong:smith"').startswith(
+        "control.model: 'wrong:smith': wrong.py, smith: columns is ('gap',); allowed: "
+    )
+
+
 BROKEN = """
-from zenvoy.laws import Law
+from zenvoy.laws import Column, Law, Output
+import time
 
 
 def raises(seen, p):
@@ -90,8 +109,33 @@ def hangs(seen, p):
         pass
 
 
-raising, texting, undeclaring, hanging = (
-    Law(name=f.__name__, acceleration=f) for f in (raises, text, undeclared, hangs)
+def swallows(seen, p):
+    while True:
+        try:
+            while True: time.sleep(0.01)
+        except Exception:
+            pass
+
+
+def two_lines(seen, p):
+    raise ValueError("oh\\nno")
+
+
+def bare(seen, p):
+    return Output(0.0, state=0.0)
+
+
+def unlogged(seen, p):
+    return Output(0.0, state=(1.0,), logged=("a",))
+
+
+raising, texting, undeclaring, hanging, swallowing, shouting = (
+    Law(name=f.__name__, acceleration=f)
+    for f in (raises, text, undeclared, hangs, swallows, two_lines)
+)
+baring, unlogging = (
+    Law(name=f.__name__, acceleration=f, state=(0.0,), columns=(Column("x"),))
+    for f in (bare, unlogged)
 )
 """
 
@@ -100,10 +144,17 @@ raising, texting, undeclaring, hanging = (
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        ("raising", "law raises raised ZeroDivisionError: float division by zero (bad.py, line 7)"),
-        ("texting", "law text returned 'fast', which is no acceleration (bad.py, line 11)"),
-        ("undeclaring", "law undeclared returned nan, which is no acceleration (bad.py, line 15)"),
-        ("hanging", "law hangs raised TimeoutError: took longer than 2 s (bad.py, line 20)"),
+        ("raising", "law raises raised ZeroDivisionError: float division by zero (bad.py, line 8)"),
+        ("texting", "law text returned 'fast', which is no acceleration (bad.py, line 12)"),
+        ("undeclaring", "law undeclared returned nan, which is no acceleration (bad.py, line 16)"),
+        ("hanging", "law hangs raised TimeoutError: took longer than 2 s (bad.py, line 21)"),
+        ("swallowing", "law swallows raised TimeoutError: took longer than 2 s (bad.py, line 28)"),
+        ("shouting", "law two_lines raised ValueError: oh no (bad.py, line 34)"),
+        ("baring", "law bare returned 0.0 as its state, not a tuple of 1 number (bad.py, line 37)"),
+        (
+            "unlogging",
+            "law unlogged returned ('a',) to be logged, not a tuple of 1 number (bad.py, line 41)",
+        ),
     ],
 )
 def test_a_law_that_fails_is_named_with_its_line(
