@@ -126,7 +126,7 @@ def test_errors_have_the_messages_of_the_command(here: Path) -> None:
         zenvoy.run("s.yaml", vehicles_per_process="auto", engine="arrays")
     with pytest.raises(zenvoy.InputError, match=r"^clock: realtime needs processes"):
         zenvoy.run(zenvoy.scenario("s.yaml", clock="realtime"), engine="in-process")
-    with pytest.raises(zenvoy.FolderError, match=r"^--out \.: is not empty"):
+    with pytest.raises(zenvoy.FolderError, match=r"^out: \.: is not empty"):
         zenvoy.run("s.yaml", out=".")
     with pytest.raises(zenvoy.LogError, match=r"^s.yaml: "):
         zenvoy.load("s.yaml")
