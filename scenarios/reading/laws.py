@@ -117,7 +117,7 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
     if kind is LAWS and name is not None and law is None:
         return []  # the model is wrong, which is reported elsewhere
     if kind is ESTIMATORS:
-        text = "given, but the built-in estimators have none; allowed with kind: module:attribute"
+        text = "given, but the built-in estimators have none; allowed with kind: file:NAME"
     elif law is None:
         text = "given without a model; allowed with the model of a law that has parameters"
     elif law.section is not None:
