@@ -10,7 +10,8 @@ import zenoh
 
 from zenvoy.bus.clock import pause, wall_ns
 
-# Nothing tells when the first answer could come; this only leaves the processor to who brings it.
+# Nothing says when the first answer can come. This yields the processor to the process that
+# answers.
 _BETWEEN_QUERIES_S: Final = 0.05
 
 Answer = Callable[[], bytes]

@@ -32,8 +32,8 @@ _IN_REAL_TIME: Final[dict[str, object]] = {
     "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 100,  # µs
 }
 
-# Routers as they come have no low-latency transport. One that is not there is an error, because
-# nothing ends a wait for it: Python's signal handlers do not run in the meantime.
+# A router with default settings has no low-latency transport. A router that is not there is an
+# error, because nothing ends a wait for it: Python's signal handlers do not run in the meantime.
 _AT_A_ROUTER: Final[dict[str, object]] = {
     "mode": "client",
     "transport/unicast/lowlatency": False,

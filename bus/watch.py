@@ -96,7 +96,7 @@ class Watch:
 
     def _on_stop(self, _signal: int, _frame: FrameType | None) -> None:
         self._stopped = True
-        # First the timer: an alarm of the watch would end the process without the handler.
+        # Set the timer first: without the handler, an alarm of the watch would end the process.
         signal.setitimer(signal.ITIMER_REAL, _GRACE_S)
         signal.signal(signal.SIGALRM, signal.SIG_DFL)  # from now on the alarm ends the process
         if self._waiting:

@@ -115,7 +115,8 @@ class Access:
         begun = np.flatnonzero(start_ns[size:] >= 0)
         station = np.concatenate([begun, [one - size for one, _ in further]]).astype(np.int64)
         starts_ns = np.concatenate([start_ns[size:][begun], [ns for _, ns in further]])
-        return start_ns[:size], Babble(self._babblers.place[station], starts_ns.astype(np.int64))
+        index = self._babblers.vehicle_index[station]
+        return start_ns[:size], Babble(index, starts_ns.astype(np.int64))
 
     def _phase_ns(self, sequence: Ints) -> Ints:
         stations = np.arange(1, self._size + 1)
@@ -137,9 +138,10 @@ def collided(
     """
     n = len(start_ns)
     senders = np.flatnonzero(start_ns >= 0)
-    means = np.concatenate([np.ones(len(senders), np.bool_), np.zeros(len(babble.place), np.bool_)])
+    without = np.zeros(len(babble.vehicle_index), np.bool_)
+    means = np.concatenate([np.ones(len(senders), np.bool_), without])
     starts = np.concatenate([start_ns[senders], babble.start_ns])
-    senders = np.concatenate([senders, babble.place])
+    senders = np.concatenate([senders, babble.vehicle_index])
     order = np.argsort(starts, kind="stable")
     senders, starts, means = senders[order], starts[order], means[order]
     # All frames take the same time on the air, so the transmissions that overlap the k-th one are
@@ -192,9 +194,9 @@ def busy_ratio(
     source = np.repeat(np.arange(n), np.diff(hearing.first))
     station = np.concatenate([hearing.stations, np.arange(n)])
     start = np.concatenate([start_ns[source], start_ns])
-    for place, at_ns in zip(babble.place.tolist(), babble.start_ns.tolist(), strict=True):
-        senses = hearing.stations[hearing.first[place] : hearing.first[place + 1]]
-        station = np.concatenate([station, senses, [place]])
+    for index, at_ns in zip(babble.vehicle_index.tolist(), babble.start_ns.tolist(), strict=True):
+        senses = hearing.stations[hearing.first[index] : hearing.first[index + 1]]
+        station = np.concatenate([station, senses, [index]])
         start = np.concatenate([start, np.full(len(senses) + 1, at_ns)])
     station, start = station[start >= 0], start[start >= 0]
     order = np.lexsort((start, station))

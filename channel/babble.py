@@ -18,9 +18,9 @@ Ints = NDArray[np.int64]
 
 
 class Babble(NamedTuple):
-    """Transmissions of frames without meaning: the vehicle (index) and the start, ns, of each."""
+    """Frames without meaning: the index of the vehicle that sends each, and its start, ns."""
 
-    place: Ints
+    vehicle_index: Ints
     start_ns: Ints
 
 
@@ -37,8 +37,8 @@ class Babblers:
             for vehicle in vehicles
         ]
         self._size = scenario.fleet.size
-        self.place: Ints = np.array([place for _, place in self._all], np.int64)
-        """The vehicle of each station, as an index."""
+        self.vehicle_index: Ints = np.array([index for _, index in self._all], np.int64)
+        """The index of each station's vehicle."""
 
     def __len__(self) -> int:
         return len(self._all)
@@ -57,11 +57,14 @@ class Babblers:
         """
         first, stations = hearing
         sensing = [stations[first[i] : first[i + 1]] for i in range(self._size)]
-        at = {i: self._size + np.flatnonzero(self.place == i) for i in set(self.place.tolist())}
+        at = {
+            i: self._size + np.flatnonzero(self.vehicle_index == i)
+            for i in set(self.vehicle_index.tolist())
+        }
         none = np.zeros(0, np.int64)
         lists = []
         for station in range(self._size + len(self)):
-            own = station if station < self._size else int(self.place[station - self._size])
+            own = station if station < self._size else int(self.vehicle_index[station - self._size])
             near = np.concatenate([sensing[own], [own]])
             more = np.concatenate([none, *(at[i] for i in near.tolist() if i in at)])
             everyone = np.concatenate([near, more]).astype(np.int64)

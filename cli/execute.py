@@ -53,7 +53,7 @@ def execute(
     try:
         folder = make_folder(out, loaded.name)
     except FolderError as error:
-        errors.print(str(error))
+        errors.print(f"--out {error}")
         return exits.BAD_INPUT
     on_folder(folder)
     for vehicle in sorted(guests.without):

@@ -44,7 +44,7 @@ def acceleration(seen: Observation, own: Parameters) -> Output:
 
 
 def linear(own: Parameters, setpoint: Setpoint, m: int) -> Linear:
-    """Return the law linearized about its equilibrium, for the theory in the report."""
+    """Return the law linearised at its equilibrium, for the theory in the report."""
     h = own.time_gap_s
     return Linear((1.0,), (), k_d=own.gain / h, k_v=1.0 / h, k_c=own.gain)
 

@@ -49,8 +49,11 @@ def join_share(
             allow_code=allow_code,
         )
         folder = make_folder(out, f"join-{vehicles[0]}-{vehicles[-1]}")
-    except (JoinError, CertificatesError, FolderError) as error:
+    except (JoinError, CertificatesError) as error:
         errors.print(str(error))
+        return exits.BAD_INPUT
+    except FolderError as error:
+        errors.print(f"--out {error}")
         return exits.BAD_INPUT
     return _drive(share, vehicles, folder, console, errors)
 

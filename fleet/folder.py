@@ -32,8 +32,8 @@ def make_folder(out: Path | None, name: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
-            raise FolderError(f"--out {folder}: is not empty; name a new folder or an empty one")
+            raise FolderError(f"{folder}: is not empty; name a new folder or an empty one")
         (folder / LOGS).mkdir()
     except OSError as error:
-        raise FolderError(f"--out {folder}: {error.strerror}") from error
+        raise FolderError(f"{folder}: {error.strerror}") from error
     return folder

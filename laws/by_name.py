@@ -1,8 +1,8 @@
 """Finds laws by name: in the library, in an installed package, or in a file beside a scenario.
 
 A reference takes one of three forms: `name` is a law of the library or an entry point
-`zenvoy.laws`; `module:attribute` is in a module beside the scenario, or else in an installed one;
-`file.py:attribute` is in a file beside the scenario. A hash of the source, and of the modules
+`zenvoy.laws`; `module:NAME` is in a module beside the scenario, or else in an installed one;
+`file.py:NAME` is in a file beside the scenario. A hash of the source, and of the modules
 beside it that it imports, is added to the reference, so that runs of different sources have
 different references.
 """
@@ -24,15 +24,24 @@ from zenvoy.laws.table import builtin, register
 
 
 class Kind(NamedTuple):
-    """What to look for: the type of record, its group of entry points, and the reserved names."""
+    """What to look for: the type of record, its group of entry points, and the reserved names.
+
+    `form` shows how to name one's own.
+    """
 
     record: type[Law] | type[Estimator]
     group: str
     taken: Callable[[], Collection[str]]
+    form: str
 
 
-LAWS: Final = Kind(Law, "zenvoy.laws", builtin)
-ESTIMATORS: Final = Kind(Estimator, "zenvoy.estimators", lambda: ("kalman", "ekf", "ukf"))
+LAWS: Final = Kind(Law, "zenvoy.laws", builtin, "file:NAME such as fvdm:FVDM")
+ESTIMATORS: Final = Kind(
+    Estimator,
+    "zenvoy.estimators",
+    lambda: ("kalman", "ekf", "ukf"),
+    "file:NAME such as constant:CONSTANT",
+)
 
 
 def resolve(
@@ -74,7 +83,7 @@ def _entry_point(name: str, kind: Kind) -> str:
     if not found:
         names = [*kind.taken(), *sorted(point.name for point in entry_points(group=kind.group))]
         what = kind.record.__name__.lower()
-        allowed = f"{', '.join(names)}, or module:attribute"
+        allowed = f"{', '.join(names)}, or {kind.form}"
         raise UnknownLawError(f"no such {what}; allowed: {allowed}")
     return found[0].value.replace(" ", "")
 

@@ -25,6 +25,13 @@ _run: Final[dict[tuple[Path, str], ModuleType]] = {}
 _imported: Final[dict[str, str]] = {}
 
 
+class CodeElsewhereError(UnknownLawError):
+    """A file is not beside the scenario, and only the user can allow that it is run."""
+
+    def __init__(self) -> None:
+        super().__init__("its file is not beside the scenario")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Code:
     """A module of laws: the module, its file, its hash, and the version of its package."""
@@ -52,7 +59,7 @@ def _of_file(path: Path, folder: Path | None, digest: str, *, allow_code: bool) 
     real = path.resolve()
     inside = folder is not None and real.is_relative_to(folder.resolve())
     if not inside and not allow_code:
-        raise UnknownLawError("its file is not beside the scenario; --allow-code runs it")
+        raise CodeElsewhereError
     if not real.is_file():
         raise UnknownLawError(f"there is no file {path.name}")
     return code_in(sources_of_file(real), digest)

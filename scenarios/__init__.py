@@ -15,6 +15,7 @@ from zenvoy.scenarios.errors import (
 )
 from zenvoy.scenarios.reading.loader import Loaded, builtin, load
 from zenvoy.scenarios.reading.recordings import Recording
+from zenvoy.scenarios.reading.spelling import Spelling
 from zenvoy.scenarios.reading.trace_files import read_trace
 from zenvoy.scenarios.schema.attendance import Attendance, attendance
 from zenvoy.scenarios.schema.channel import (
@@ -114,6 +115,7 @@ __all__ = [
     "Sensors",
     "Settings",
     "Sine",
+    "Spelling",
     "Switch",
     "Targets",
     "Technology",

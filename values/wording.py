@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Final
 
@@ -41,6 +41,12 @@ def shown(value: object) -> str:
             value = value[: _LONGEST + 1]
     text = repr(value)
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
+
+
+def shown_list(values: Sequence[object]) -> str:
+    """Return a list with its entries, at most 60 characters long."""
+    entries = ", ".join(shown(value) for value in values[:_LONGEST])
+    return one_line(f"[{entries}]", _LONGEST)
 
 
 def kind_of(value: object) -> str:

@@ -17,7 +17,7 @@ from zenvoy.world.sensors import Readings
 
 Floats = NDArray[np.float64]
 
-# By whether a vehicle is ahead, and whether the run is in real time.
+# The key says whether a vehicle is ahead, and whether the run is in real time.
 _TABLES: Final = {
     (ahead, realtime): FlatTable(
         FlatEncoder(

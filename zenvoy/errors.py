@@ -1,6 +1,6 @@
 """The errors of `zenvoy.run`, `zenvoy.load` and `zenvoy.scenario`, in one tree.
 
-The text of each error is what the `zenvoy` command prints.
+The text of each error is what the `zenvoy` command prints, with arguments in place of its options.
 """
 
 from __future__ import annotations

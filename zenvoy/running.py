@@ -77,7 +77,7 @@ def run(
     try:
         folder = make_folder(None if out is None else Path(fspath(out)), what.name)
     except FolderError as error:
-        raise errors.FolderError(str(error)) from error
+        raise errors.FolderError(f"out: {error}") from error
     log = folder / LOG
     watch = Watch() if on_progress is None else Watch(on_progress=on_progress)
     try:

@@ -6,12 +6,18 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from os import PathLike, fspath
-from typing import Any
+from typing import Any, Final
 
 from zenvoy import errors
-from zenvoy.scenarios import Loaded, ScenarioError, load
+from zenvoy.scenarios import Loaded, ScenarioError, Spelling, load
 
 __all__ = ["Loaded", "scenario"]
+
+_PYTHON: Final = Spelling(
+    setting=lambda setting: setting,
+    option=lambda key, value: f"{key}={value}",
+    allow_code="allow_code=True of zenvoy.scenario",
+)
 
 
 def scenario(
@@ -39,7 +45,9 @@ def loaded(
     """Return the scenario with changes and, if given, another seed."""
     overrides = [f"{key}={_yaml(key, value)}" for key, value in _flat(changes)]
     try:
-        return load(fspath(name_or_path), overrides, seed=seed, allow_code=allow_code)
+        return load(
+            fspath(name_or_path), overrides, seed=seed, allow_code=allow_code, spelling=_PYTHON
+        )
     except ScenarioError as error:
         raise errors.ScenarioError(str(error)) from error
 

@@ -95,6 +95,9 @@ def types(schema: JsonSchema) -> list[str]:
 
 def noun(schema: JsonSchema) -> str:
     """Return the type or the choices: "a whole number", "one of ring, open"."""
+    if "own" in schema:
+        names = [*schema["enum"], *(["null"] if "nullable" in schema else [])]
+        return f"one of {', '.join(names)}, or {schema['own']}"
     return f"{_noun(schema)} or null" if "nullable" in schema else _noun(schema)
 
 

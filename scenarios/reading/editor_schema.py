@@ -14,7 +14,7 @@ _PERCENT: Final = {
     "type": "string",
     "pattern": r"^\s*[+-]?([0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})\s*%\s*$",
 }
-_INTERNAL: Final = {"title", "noun", "forms", "percent"}
+_INTERNAL: Final = {"title", "noun", "own", "forms", "percent"}
 
 
 def editor_schema() -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 from zenvoy.scenarios.errors import Problem
 from zenvoy.scenarios.reading.allowed import JsonSchema, interval, noun, path_of, schema_at, types
 from zenvoy.scenarios.reading.tree import Node, Path, Unreadable
-from zenvoy.values.wording import dotted, one_line, shown, trimmed
+from zenvoy.values.wording import dotted, one_line, shown, shown_list, trimmed
 
 _LONGEST_KEY: Final = 100  # the search for similar keys takes longer for longer keys
 
@@ -104,4 +104,10 @@ def _refused_value(refused: Refusal) -> str:
         return f"a list of {len(value)} is not {noun(schema)}"
     if schema.get("type") == "integer" and isinstance(value, float) and value.is_integer():
         return f"{shown(value)} is not a whole number; write {trimmed(value)}"
-    return f"{shown(value)} is not {noun(schema)}"
+    return f"{_shown(value, schema)} is not {noun(schema)}"
+
+
+def _shown(value: object, schema: JsonSchema) -> str:
+    """Return a value as text; a list with its entries if a list is allowed."""
+    lists = any(form.get("type") == "array" for form in schema.get("forms", ()))
+    return shown_list(value) if lists and isinstance(value, list | tuple) else shown(value)

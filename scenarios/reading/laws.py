@@ -17,6 +17,7 @@ from zenvoy.laws.by_name import (
     has_entry_point,
     resolve,
 )
+from zenvoy.laws.code import CodeElsewhereError
 from zenvoy.laws.errors import LawError, UnknownLawError, errors_of_the_code, raised
 from zenvoy.laws.parameters import model_of
 from zenvoy.laws.table import estimator_of
@@ -32,13 +33,13 @@ _CONTROL: Path = ("control",)
 
 
 def with_laws(
-    root: Node, origins: Mapping[str, Origin], *, allow_code: bool = False
+    root: Node, origins: Mapping[str, Origin], *, allow_code: bool, to_allow: str
 ) -> tuple[Node, list[Problem]]:
     """Return `root` after loading the scenario's own laws, and the problems with them.
 
     Each reference gets the hash of its source. The parameters of all laws are filled in. Loading a
     law runs its code, which must lie beside the scenario or in an installed package unless
-    `allow_code`.
+    `allow_code`. Messages name `to_allow` as what allows it.
     """
     problems: list[Problem] = []
     for path, key, kind in _sections(root):
@@ -58,7 +59,8 @@ def with_laws(
         try:
             full = resolve(named.value, _folder(named, origins), kind, allow_code=allow_code)
         except UnknownLawError as error:
-            text = f"{shown(named.value)}: {error}"
+            hint = f"; {to_allow} runs it" if isinstance(error, CodeElsewhereError) else ""
+            text = f"{shown(named.value)}: {error}{hint}"
             problems.append(Problem(key=dotted((*path, key)), text=text, place=named.place))
             continue
         root = planted(root, (*map(str, path), key), replace(named, value=full))
@@ -115,7 +117,7 @@ def _without_code(section: Node, path: Path, kind: Kind) -> list[Problem]:
     if kind is LAWS and name is not None and law is None:
         return []  # the model is wrong, which is reported elsewhere
     if kind is ESTIMATORS:
-        text = "given, but the built-in estimators have none; allowed with kind: module:attribute"
+        text = "given, but the built-in estimators have none; allowed with kind: file:NAME"
     elif law is None:
         text = "given without a model; allowed with the model of a law that has parameters"
     elif law.section is not None:

@@ -14,6 +14,7 @@ from zenvoy.scenarios.reading.library import packaged
 from zenvoy.scenarios.reading.origin import located
 from zenvoy.scenarios.reading.overrides import overridden
 from zenvoy.scenarios.reading.spacing import with_spacing
+from zenvoy.scenarios.reading.spelling import COMMAND_LINE, Spelling
 from zenvoy.scenarios.reading.validate import placed, validated
 from zenvoy.scenarios.schema.notes import notes_of
 from zenvoy.scenarios.schema.scenario import Scenario
@@ -43,21 +44,25 @@ def load(
     clock: str | None = None,
     speed: float | None = None,
     allow_code: bool = False,
+    spelling: Spelling = COMMAND_LINE,
 ) -> Loaded:
     """Return the scenario in an existing file, or else the built-in one of that name.
 
     overrides have the form `key=value` with a dotted key and a value in YAML (channel.loss.p=0.3);
     seed, duration_s, clock and speed apply after them. The code of a law that the scenario names
-    must lie beside the scenario or in an installed package, unless `allow_code`. Raises
+    must lie beside the scenario or in an installed package, unless `allow_code`.
+    `spelling` is that of overrides and options in messages. Raises
     UnknownScenarioError, UnreadableScenarioError or InvalidScenarioError, each a ScenarioError.
     """
     origin = located(name_or_path)
     files = chain(origin)
     options = {"seed": seed, "duration_s": duration_s, "clock": clock, "speed": speed}
-    root, in_overrides = overridden(files.root, overrides, options)
+    root, in_overrides = overridden(files.root, overrides, options, spelling)
     root, in_spacing = with_spacing(root)
     root, errors = with_files(root, files.origins)
-    root, in_laws = with_laws(root, files.origins, allow_code=allow_code)
+    root, in_laws = with_laws(
+        root, files.origins, allow_code=allow_code, to_allow=spelling.allow_code
+    )
     scenario = validated(root, [*files.problems, *in_overrides, *in_spacing, *in_laws], errors)
     require_linear_forms(scenario, root)
     notes = tuple(sorted(placed(notes_of(scenario), root), key=lambda note: note.order))

@@ -1,4 +1,4 @@
-"""Applies `key=value` settings from the command line to the tree of a scenario."""
+"""Applies `key=value` settings and options of a front end to the tree of a scenario."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 
 from zenvoy.scenarios.errors import Place, Problem, ScenarioError
 from zenvoy.scenarios.reading.source import DEEPEST, parse
+from zenvoy.scenarios.reading.spelling import Spelling
 from zenvoy.scenarios.reading.tree import Node, planted
 from zenvoy.values.wording import dotted
 
 
 def overridden(
-    root: Node, settings: Sequence[str], options: Mapping[str, int | float | str | None]
+    root: Node,
+    settings: Sequence[str],
+    options: Mapping[str, int | float | str | None],
+    spelling: Spelling,
 ) -> tuple[Node, list[Problem]]:
     """Return `root` with each `key=value` of `settings` applied, then each option but None.
 
@@ -21,14 +25,15 @@ def overridden(
     problems: list[Problem] = []
     for rank, setting in enumerate(settings, start=1):
         try:
-            root, found = _with_setting(root, setting, Place(source=f"--set {setting}", rank=rank))
+            place = Place(source=spelling.setting(setting), rank=rank)
+            root, found = _with_setting(root, setting, place)
             problems += found
         except ScenarioError as error:
             problems += error.problems
     for rank, (key, value) in enumerate(options.items(), start=len(settings) + 1):
         if value is not None:
-            flag = f"--{key.replace('_', '-')} {value}" if key != "clock" else f"--{value}"
-            root = planted(root, (key,), Node(value, Place(source=flag, rank=rank)))
+            place = Place(source=spelling.option(key, value), rank=rank)
+            root = planted(root, (key,), Node(value, place))
     return root, problems
 
 

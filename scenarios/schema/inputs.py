@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from typing import Annotated, Any, Final
 
 from pydantic import (
@@ -16,7 +15,7 @@ from pydantic import (
 )
 
 from zenvoy.laws import builtin
-from zenvoy.laws.by_name import ESTIMATORS
+from zenvoy.laws.by_name import ESTIMATORS, LAWS, Kind
 
 
 def _set_text(value: object) -> object:
@@ -84,10 +83,13 @@ _NUMBERS: Final = {"type": "array", "items": {"type": "number", "minimum": 0}, "
 _SET: Final = {"type": ["string", "integer"]}
 
 
-def _named(names: Iterable[str]) -> dict[str, Any]:
-    """Return the JSON schema of a name out of a table, or of one's own code."""
-    choice = {"type": "string", "enum": list(names)}
-    return {**choice, "forms": [choice, _OWN]}
+def _named(kind: Kind) -> dict[str, Any]:
+    """Return the JSON schema of a name out of a table, or of one's own code.
+
+    `own` has the form of the latter in words, for messages.
+    """
+    choice = {"type": "string", "enum": list(kind.taken())}
+    return {**choice, "own": kind.form, "forms": [choice, _OWN]}
 
 
 GroupName = Annotated[
@@ -110,15 +112,15 @@ VehicleSet = Annotated[
 Model = Annotated[
     str,
     AfterValidator(_model),
-    WithJsonSchema(_named(builtin())),
+    WithJsonSchema(_named(LAWS)),
 ]
-"""A law of the library by name, or one of the scenario's own: module:attribute#hash."""
+"""A law of the library by name, or one of the scenario's own: file:NAME#hash."""
 EstimatorKind = Annotated[
     str,
     AfterValidator(_estimator),
-    WithJsonSchema(_named(ESTIMATORS.taken())),
+    WithJsonSchema(_named(ESTIMATORS)),
 ]
-"""A built-in estimator by name, or one of the scenario's own: module:attribute#hash."""
+"""A built-in estimator by name, or one of the scenario's own: file:NAME#hash."""
 Parameters = Annotated[
     tuple[tuple[str, Any], ...],
     PlainValidator(_parameters),

@@ -21,7 +21,7 @@ _NS_PER_S = 1_000_000_000
 def own_laws(scenario: Scenario) -> dict[str, str]:
     """Return facts in JSON about every law that is not in the library, by its mode in the log.
 
-    `linear` is the law linearized about its equilibrium for each set of parameters and each
+    `linear` is the law linearised at its equilibrium for each set of parameters and each
     setpoint of the scenario; during a ramp between setpoints it is not known. Raises LawError if
     the law fails.
     """

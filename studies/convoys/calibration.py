@@ -10,6 +10,7 @@ from typing import Final
 
 from zenvoy.laws import Law, builtin, law_of
 from zenvoy.laws.by_name import resolve
+from zenvoy.laws.code import CodeElsewhereError
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.scenarios import Problem, Scenario, roster, setpoint_at
 from zenvoy.scenarios.convoys.convoy import Convoy
@@ -60,7 +61,8 @@ def law_named(name: str, *, allow_code: bool = False) -> str:
     try:
         return known.get(name.lower()) or resolve(name, Path(), allow_code=allow_code)
     except UnknownLawError as error:
-        raise _refused(f"{shown(name)}: {error}") from None
+        hint = "; --allow-code runs it" if isinstance(error, CodeElsewhereError) else ""
+        raise _refused(f"{shown(name)}: {error}{hint}") from None
 
 
 def model_named(name: str, *, allow_code: bool = False) -> str:

@@ -150,7 +150,7 @@ def test_replaced_values_act_like_those_of_a_technology(tmp_path: Path) -> None:
         ),
         (
             MINE.replace("[5, 15]", "[15, 5]"),
-            "channel.technology.delay_ms: a list is not a number in [0, 1e9], or a list of two "
+            "channel.technology.delay_ms: [15, 5] is not a number in [0, 1e9], or a list of two "
             "such numbers in ascending order  (mine.yaml, line 3)",
         ),
         (

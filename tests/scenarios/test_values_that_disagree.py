@@ -116,8 +116,8 @@ sensors:
         "channel.loss.p: 1.4 is not in [0, 1]  (s.yaml, line 6)",
         "channel.loss: given twice, first in s.yaml, line 5; allowed: once  (s.yaml, line 7)",
         "control.v2v_wait_ms: 140 is not less than period_ms (100)  (s.yaml, line 9)",
-        f"control.schedule.0.model: 'X' is not one of {', '.join(builtin())} or null"
-        "  (s.yaml, line 11)",
+        f"control.schedule.0.model: 'X' is not one of {', '.join(builtin())}, null, "
+        "or file:NAME such as fvdm:FVDM  (s.yaml, line 11)",
         "control.schedule.1: 3 is not a mapping; allowed keys: at_s, vehicles, model, parameters, "
         "desired_gap_m, desired_bumper_gap_m, desired_speed_mps, gains, ramp_s"
         "  (s.yaml, line 12)",

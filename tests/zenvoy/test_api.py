@@ -109,8 +109,9 @@ def test_errors_have_the_messages_of_the_command(here: Path) -> None:
     message = command(here, "check", "s.yaml", "--set", "channel.loss.p=1.4").err
     with pytest.raises(zenvoy.ScenarioError) as refused:
         zenvoy.scenario("s.yaml", channel={"loss": {"p": 1.4}})
-    assert f"{refused.value}\n" == message
-    with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0"):
+    assert f"{refused.value}\n" == message.replace("(--set ", "(")
+    assert str(refused.value).endswith("  (channel.loss.p=1.4)")
+    with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0.*  \(seed=-1\)$"):
         zenvoy.run("s.yaml", seed=-1)
     with pytest.raises(zenvoy.ScenarioError, match=r"^seed: -1 is not in \[0, 9223372036854"):
         zenvoy.run(Scenario(), seed=-1)
@@ -128,11 +129,24 @@ def test_errors_have_the_messages_of_the_command(here: Path) -> None:
         zenvoy.run("s.yaml", vehicles_per_process="auto", engine="arrays")
     with pytest.raises(zenvoy.InputError, match=r"^clock: realtime needs processes"):
         zenvoy.run(zenvoy.scenario("s.yaml", clock="realtime"), engine="in-process")
-    with pytest.raises(zenvoy.FolderError, match=r"^--out \.: is not empty"):
+    with pytest.raises(zenvoy.FolderError, match=r"^out: \.: is not empty"):
         zenvoy.run("s.yaml", out=".")
     with pytest.raises(zenvoy.LogError, match=r"^s.yaml: "):
         zenvoy.load("s.yaml")
     assert not (here / "runs").exists()
+
+
+def test_an_error_of_a_law_elsewhere_names_the_argument_that_runs_it(here: Path) -> None:
+    (here / "laws").mkdir()
+    (here / "laws" / "s.yaml").write_text("control: {model: '../law.py:LAW'}")
+    (here / "law.py").write_text("")
+    with pytest.raises(zenvoy.ScenarioError) as refused:
+        zenvoy.scenario("laws/s.yaml")
+    assert "; allow_code=True of zenvoy.scenario runs it  (laws/s.yaml, line 1)" in str(
+        refused.value
+    )
+    with pytest.raises(zenvoy.ScenarioError, match=r"law\.py has no LAW"):
+        zenvoy.scenario("laws/s.yaml", allow_code=True)
 
 
 def test_a_process_that_dies_is_named(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ from zenvoy.vehicles.steps import NS, over, spans
 class OwnMotion:
     """The own motion of vehicles. Call `sense`, then `command`, in each cycle from 0.
 
-    lag_s has the time constants of their actuators, (count,), s; 0: none. Unless anybody
-    `predicts`, plans have only the acceleration in force.
+    lag_s has the time constants of their actuators, (count,), s; 0: none. If no law `predicts`,
+    plans hold only the acceleration in force.
     """
 
     def __init__(self, timing: Timing, lag_s: Floats, *, predicts: bool) -> None:

@@ -87,7 +87,11 @@ def test_an_estimator_that_fails_is_named(tmp_path: Path) -> None:
             'kind: "idm:smith"',
             "estimator.kind: 'idm:smith': idm.py has a value that is not of type Estim",
         ),
-        ("kind: kf", "estimator.kind: 'kf' is not one of kalman, ekf, ukf"),
+        (
+            "kind: kf",
+            "estimator.kind: 'kf' is not one of kalman, ekf, ukf, or file:NAME such as "
+            "constant:CONSTANT",
+        ),
         (
             "kind: ekf, parameters: {gain: 1}",
             "estimator.parameters: given, but the built-in estimators have none",

@@ -9,6 +9,9 @@ import pytest
 from tests.conftest import zenvoy
 from tests.idm import IDM
 from zenvoy.analysis.log.load import load
+from zenvoy.laws import builtin
+
+ALLOWED = f"not one of {', '.join(builtin())}, or file:NAME such as fvdm:FVDM  (s.yaml, line 1)"
 
 
 def refusal(folder: Path, control: str) -> str:
@@ -56,7 +59,9 @@ def refusal(folder: Path, control: str) -> str:
             "model: MBCM, parameters: {a: 1}",
             "control.parameters: given, but MBCM has its parameters in control.multi_node",
         ),
-        ("model: PBMC", "control.model: 'PBMC' is not one of FM, BCM, MBCM, PBCM, CACC"),
+        ("model: PBMC", f"control.model: 'PBMC' is {ALLOWED}"),
+        ("model: idm.py", f"control.model: 'idm.py' is {ALLOWED}"),
+        ("model: idm.smith", f"control.model: 'idm.smith' is {ALLOWED}"),
     ],
 )
 def test_a_wrong_law_or_parameter_is_refused_with_a_message(
