@@ -122,10 +122,13 @@ def picture_of(
     return Picture(truth["position"], columns, np.array(totals, np.float32))
 
 
-def rows_of(cycles: Mapping[int, Mapping[str, Sequence[memoryview]]], who: Collection[int]) -> Rows:
+def rows_of(
+    cycles: Mapping[int, Mapping[str, Sequence[memoryview]]], who: Collection[int], *, ring: int
+) -> Rows:
     """Return the frames of these cycles that vehicles of `who` send or receive.
 
-    If `who` is empty, it returns the frames between neighbours.
+    If `who` is empty, it returns the frames between neighbours. On a ring of `ring` vehicles the
+    first and the last are neighbours, too; 0: the road is no ring.
     """
     found: list[tuple[int, Table]] = []
     chosen = np.array(sorted(who), np.uint32)
@@ -136,7 +139,7 @@ def rows_of(cycles: Mapping[int, Mapping[str, Sequence[memoryview]]], who: Colle
                 mask = np.isin(source, chosen) | np.isin(destination, chosen)
             else:
                 apart = np.abs(source.astype(np.int64) - destination.astype(np.int64))
-                mask = (apart == 1) | (apart == apart.max(initial=0))
+                mask = (apart == 1) | ((apart == ring - 1) & (ring > 2))
             found.append((cycle, {name: table[name][mask] for name in _ROW_FIELDS}))
 
     def column(name: str, dtype: type) -> NDArray[Any]:

@@ -117,7 +117,8 @@ class WatchedRun:
     def links(self, first: int, last: int, who: Collection[int]) -> bytes:
         """Return the frames of these cycles that vehicles send or receive; see `rows_of`."""
         last = min(last, self.last, first + MAX_CYCLES)
-        return pack(**rows_of(self._messages.of(first, last), who)._asdict())
+        ring = self._known.fleet.size if self._known.road.type == "ring" else 0
+        return pack(**rows_of(self._messages.of(first, last), who, ring=ring)._asdict())
 
     def overview(self, first: int) -> bytes:
         """Return the points of the overview from a number on."""

@@ -140,7 +140,7 @@ def test_a_dataclass_may_refuse_its_parameters(tmp_path: Path) -> None:
     [
         ("sys.exit(1)", "SystemExit: 1 (bad.py, line 27)"),
         ("return 1 / 0", "ZeroDivisionError: division by zero (bad.py, line 27)"),
-        ("return None", "TypeError: 'NoneType' object is not iterable"),
+        ("return None", "TypeError: 'NoneType' object is not iterable (bad.py, line 26)"),
     ],
 )
 def test_a_linear_form_that_fails_is_found_before_the_run(

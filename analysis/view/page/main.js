@@ -130,7 +130,11 @@ function begin() {
 
 function step(by) {
   const size = run.about.vehicles;
-  choose([((view.chosen[0] - 1 + by + size) % size) + 1, ...view.chosen.slice(1)]);
+  const others = view.chosen.slice(1);
+  let next = view.chosen[0];
+  do next = ((next - 1 + by + size) % size) + 1;
+  while (others.includes(next));
+  choose([next, ...others]);
 }
 
 function remove(vehicle) {
@@ -194,7 +198,7 @@ function draw(now) {
   // What is needed soon is asked for now.
   const ahead = Math.ceil(Math.max(10, 1.5 / about.period) * (playhead.following ? 1 : Math.max(1, playhead.speed)));
   pictures.want(cycle, cycle + Math.min(ahead, 60 * stride), stride, cycle + Math.min(ahead, 60 * stride) / 2).catch(report);
-  pictures.want(cycle - RECENT * stride, cycle, stride, -1).catch(report);
+  pictures.want(cycle - RECENT * stride, cycle, stride, cycle).catch(report); // after a jump, too
   charts.want(playhead.time).catch(report);
   if (view.links && (playhead.following || playhead.speed <= 2)) {
     const exact = Math.floor(playhead.time / about.period + 1e-6);

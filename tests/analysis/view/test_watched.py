@@ -122,6 +122,13 @@ def test_frames_are_those_of_the_log(log: Path, run: Run) -> None:
     }
 
 
+def test_the_ends_of_an_open_road_are_no_neighbours(tmp_path: Path) -> None:
+    log = write_log(tmp_path / "open.mcap", "duration_s: 1\nroad: {type: open}\nfleet: {size: 4}\n")
+    near = unpack(watched(log).links(5, 5, ()))
+    pairs = set(zip(near["source"].tolist(), near["destination"].tolist(), strict=True))
+    assert pairs == {(1, 2), (2, 1), (2, 3), (3, 2), (3, 4), (4, 3)}
+
+
 def test_totals_count_every_frame_once(log: Path, run: Run) -> None:
     block = unpack(watched(log).cycles(0, CYCLES - 1, 1, ()))
     counted = sum(total(block, name) for name in ("delivered", "late", "lost", "collided"))
