@@ -65,6 +65,28 @@ def test_a_fault_is_seen_and_the_mouse_finds_vehicles(open_page: Open) -> None:
     assert found == {f"vehicle {number}" for number in range(1, 9)}
 
 
+def test_lost_frames_are_counted_after_a_jump_as_after_steps(open_page: Open, run: Run) -> None:
+    page = ready(open_page())
+    page.locator("#events button", has_text="vehicle 6 fault:").click()
+    expect(page.locator("#time")).to_have_text("8.0 / 20.0 s")
+    cycle = np.round(run.frames["sent_ns"] / run.scenario.period_ns)
+    recent = run.frames["outcome"][(cycle >= 60) & (cycle <= 80)]
+    share = 100 * np.isin(recent, (3, 4, 5)).mean()
+    at = page.locator("#tiles dt").all_inner_texts().index("Frames lost")
+    expect(page.locator("#tiles dd").nth(at)).to_contain_text(f"{share:.1f}")
+
+
+def test_keys_that_change_the_vehicle_keep_the_others(open_page: Open) -> None:
+    page = ready(open_page())
+    vehicle = int(page.locator("#lens-title").inner_text().rpartition(" ")[2])
+    page.locator("#number").fill(str(vehicle % 8 + 1))  # the one that ] would come to
+    page.locator("#choose button").click()
+    expect(page.locator("#vehicles-title")).to_have_text("Chosen vehicles")
+    page.keyboard.press("]")
+    expect(page.locator("#lens-title")).to_have_text(f"Around vehicle {(vehicle + 1) % 8 + 1}")
+    expect(page.locator("#vehicles-title")).to_have_text("Chosen vehicles")  # still two
+
+
 def test_keys_do_what_they_say(open_page: Open) -> None:
     page = ready(open_page())
     press = page.keyboard.press
