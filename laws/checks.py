@@ -13,7 +13,6 @@ from zenvoy.laws.errors import described, shortened
 from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Column, Law, Needs
 from zenvoy.laws.parameters import model_of
-from zenvoy.values.wording import dotted
 
 _COLOUR: Final = re.compile("#[0-9A-Fa-f]{6}")
 _MOST_SIDES: Final = 100
@@ -85,7 +84,8 @@ def _flaw_of_types(parameters: type) -> str | None:
     except ValidationError as refused:
         for error in refused.errors(include_url=False):
             if error["type"] != "missing":
-                return f"{dotted(error['loc'])} = {shortened(error['input'])}: {error['msg']}"
+                name = ".".join(map(str, error["loc"]))
+                return f"{name} = {shortened(error['input'])}: {error['msg']}"
     return None
 
 
