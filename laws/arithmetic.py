@@ -64,7 +64,9 @@ def root(value: Number) -> Number:
 
 
 def power(base: Number, exponent: int) -> Number:
-    """Return a power for an exponent ≥ 0, as a product."""
+    """Return a power as a product; raises ValueError for an exponent below 0."""
+    if exponent < 0:
+        raise ValueError(f"power: the exponent {exponent} is below 0")
     result = 1.0
     for _ in range(exponent):
         result = result * base

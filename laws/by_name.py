@@ -15,7 +15,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from zenvoy.laws.checks import flaw_in
+from zenvoy.laws.checks import why_refused
 from zenvoy.laws.code import Code, code_of
 from zenvoy.laws.errors import UnknownLawError
 from zenvoy.laws.estimator import Estimator
@@ -65,10 +65,11 @@ def registered(code: Code, target: str, kind: Kind) -> str:
 
     Raises UnknownLawError.
     """
-    law = _record_in(code, target.rpartition(":")[2], kind)
-    flaw = flaw_in(law)
-    if flaw is not None:
-        raise UnknownLawError(f"{code.path.name}, {target.rpartition(':')[2]}: {flaw}")
+    name = target.rpartition(":")[2]
+    law = _record_in(code, name, kind)
+    why = why_refused(law)
+    if why is not None:
+        raise UnknownLawError(f"{code.path.name}, {name}: {why}")
     if law.name in kind.taken():
         raise UnknownLawError(f"its name {law.name} is already that of one of Zenvoy's own")
     full = f"{target}#{code.digest}"

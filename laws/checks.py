@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
-from typing import Any, Final, get_origin, get_type_hints
+from typing import Any, Final, NamedTuple, get_origin, get_type_hints
 
 from pydantic import ValidationError
 
-from zenvoy.laws.errors import described, shortened
+from zenvoy.laws.errors import described, errors_of_the_code, shortened
 from zenvoy.laws.estimator import Estimator
 from zenvoy.laws.law import Column, Law, Needs
 from zenvoy.laws.parameters import model_of
@@ -18,57 +18,94 @@ _COLOUR: Final = re.compile("#[0-9A-Fa-f]{6}")
 _MOST_SIDES: Final = 100
 
 
-def flaw_in(record: Law | Estimator) -> str | None:
-    """Return the first field of a record that cannot be used, in a line; None if there is none."""
-    found = _flaws_of_law(record) if isinstance(record, Law) else _flaws_of_estimator(record)
-    for name, value, allowed in found:
+class _Refused(NamedTuple):
+    """A field that cannot be used: its name, its value, and what is allowed."""
+
+    name: str
+    value: Any
+    allowed: str
+
+
+class _ParametersError(Exception):
+    """The class of parameters, which is a user's code, raised an exception."""
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and value.isprintable() and value.strip() == value != ""
+
+
+def _is_state(value: object) -> bool:
+    return isinstance(value, tuple) and all(type(one) in {float, int} for one in value)
+
+
+def _is_colour(value: object) -> bool:
+    return value is None or (isinstance(value, str) and _COLOUR.fullmatch(value) is not None)
+
+
+def _is_linear(value: object) -> bool:
+    return value is None or callable(value)
+
+
+def _are_columns(value: object) -> bool:
+    if not isinstance(value, tuple) or not all(isinstance(one, Column) for one in value):
+        return False
+    names = {one.name for one in value}
+    texts = [*names, *(one.unit for one in value if one.unit != "")]
+    return all(map(_is_text, texts)) and len(names) == len(value)
+
+
+# What each field must be, apart from `parameters` and `needs`: a check, and the same in words.
+_Rules = dict[str, tuple[Callable[[object], bool], str]]
+_LAW: Final[_Rules] = {
+    "name": (_is_text, "text in one line"),
+    "acceleration": (callable, "a function"),
+    "columns": (
+        _are_columns,
+        "a tuple of Column(name, unit) with different names, each text in one line",
+    ),
+    "state": (_is_state, "a tuple of numbers"),
+    "colour": (_is_colour, "None or #RRGGBB"),
+    "linear": (_is_linear, "None or a function"),
+    "version": (lambda value: isinstance(value, str), "text"),
+}
+_ESTIMATOR: Final[_Rules] = {
+    "name": (_is_text, "text in one line"),
+    "start": (callable, "a function or a class"),
+}
+
+
+def why_refused(record: Law | Estimator) -> str | None:
+    """Return in a line why a record cannot be used, by its first such field; None if it can."""
+    for name, value, allowed in _refused(record):
         return f"{name} is {shortened(value)}; allowed: {allowed}"
     return None
 
 
-def _flaws_of_estimator(record: Any) -> Iterator[tuple[str, Any, str]]:
-    """Yield name, value and what is allowed, for each field that cannot be used."""
-    if not _is_text(record.name):
-        yield "name", record.name, "text in one line"
-    if not callable(record.start):
-        yield "start", record.start, "a function or a class"
-    yield from _flaws_of_parameters(record.parameters)
+def _refused(record: Law | Estimator) -> Iterator[_Refused]:
+    for name, (is_valid, allowed) in (_LAW if isinstance(record, Law) else _ESTIMATOR).items():
+        value = getattr(record, name)
+        if not is_valid(value):
+            yield _Refused(name, value, allowed)
+    yield from _in_parameters(record.parameters)
+    if isinstance(record, Law):
+        yield from _in_needs(record.needs, [one.name for one in fields(record.parameters)])
 
 
-def _flaws_of_law(law: Any) -> Iterator[tuple[str, Any, str]]:
-    """Yield name, value and what is allowed, for each field that cannot be used."""
-    if not _is_text(law.name):
-        yield "name", law.name, "text in one line"
-    if not callable(law.acceleration):
-        yield "acceleration", law.acceleration, "a function"
-    yield from _flaws_of_parameters(law.parameters)
-    yield from _flaws_of_needs(law)
-    yield from _flaws_of_columns(law.columns)
-    if not (isinstance(law.state, tuple) and all(map(_is_number, law.state))):
-        yield "state", law.state, "a tuple of numbers"
-    if law.colour is not None and not (
-        isinstance(law.colour, str) and _COLOUR.fullmatch(law.colour)
-    ):
-        yield "colour", law.colour, "None or #RRGGBB"
-    if law.linear is not None and not callable(law.linear):
-        yield "linear", law.linear, "None or a function"
-    if not isinstance(law.version, str):
-        yield "version", law.version, "text"
-
-
-def _flaws_of_parameters(parameters: Any) -> Iterator[tuple[str, Any, str]]:
+def _in_parameters(parameters: Any) -> Iterator[_Refused]:
     if not (isinstance(parameters, type) and is_dataclass(parameters)):
-        yield "parameters", parameters, "a dataclass (the class itself)"
+        yield _Refused("parameters", parameters, "a dataclass (the class itself)")
         return
     try:
-        why = _flaw_of_types(parameters)
-    except Exception as error:  # noqa: BLE001 - types that pydantic cannot check raise many kinds
-        why = described(error)
+        with errors_of_the_code(lambda error: _ParametersError(described(error))):
+            why = _why_no_parameters(parameters)
+    except _ParametersError as error:
+        why = str(error)
     if why:
-        yield "parameters", parameters, f"a dataclass of numbers, text and tuples ({why})"
+        allowed = f"a dataclass of numbers, text and tuples ({why})"
+        yield _Refused("parameters", parameters, allowed)
 
 
-def _flaw_of_types(parameters: type) -> str | None:
+def _why_no_parameters(parameters: type) -> str | None:
     """Return why parameters cannot be checked, written to a log or compared; None if they can."""
     model = model_of(parameters)
     model.model_json_schema()
@@ -89,34 +126,14 @@ def _flaw_of_types(parameters: type) -> str | None:
     return None
 
 
-def _flaws_of_needs(law: Any) -> Iterator[tuple[str, Any, str]]:
-    needs = law.needs
+def _in_needs(needs: Any, parameters: list[str]) -> Iterator[_Refused]:
     if not isinstance(needs, Needs):
-        yield "needs", needs, "Needs(…)"
+        yield _Refused("needs", needs, "Needs(…)")
         return
-    names = [one.name for one in fields(law.parameters)]
-    of_sides = type(needs.sides) is int and 0 <= needs.sides <= _MOST_SIDES
-    if not (of_sides or needs.sides in names):
-        yield "needs.sides", needs.sides, f"0 to {_MOST_SIDES}, or the name of a parameter"
-    if not (isinstance(needs.commands, bool) or needs.commands in names):
-        yield "needs.commands", needs.commands, "True, False, or the name of a parameter"
-
-
-def _flaws_of_columns(columns: Any) -> Iterator[tuple[str, Any, str]]:
-    allowed = "a tuple of Column(name, unit) with different names, each text in one line"
-    is_good = isinstance(columns, tuple) and not isinstance(columns, Column)
-    is_good = is_good and all(isinstance(one, Column) and _is_column(one) for one in columns)
-    if not is_good or len({one.name for one in columns}) != len(columns):
-        yield "columns", columns, allowed
-
-
-def _is_column(column: Any) -> bool:
-    return _is_text(column.name) and (column.unit == "" or _is_text(column.unit))
-
-
-def _is_text(value: object) -> bool:
-    return isinstance(value, str) and value.isprintable() and value.strip() == value != ""
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, float | int) and not isinstance(value, bool)
+    is_count = type(needs.sides) is int and 0 <= needs.sides <= _MOST_SIDES
+    if not (is_count or needs.sides in parameters):
+        allowed = f"0 to {_MOST_SIDES}, or the name of a parameter"
+        yield _Refused("needs.sides", needs.sides, allowed)
+    if not (isinstance(needs.commands, bool) or needs.commands in parameters):
+        allowed = "True, False, or the name of a parameter"
+        yield _Refused("needs.commands", needs.commands, allowed)

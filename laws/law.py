@@ -131,11 +131,11 @@ class Law:
     Observation and of its parameters that returns an acceleration in m/s², or an Output. It reads
     no clock and no global state. parameters: a frozen dataclass with defaults; its annotations
     define what `control.parameters` may hold. section: the section of `control` that holds them
-    instead. mode: its number in a log, for the laws of the library; a run
-    numbers others itself. colour: the colour of its
-    curves, `#RRGGBB`. linear: returns the law linearised at its equilibrium, from its parameters,
-    the setpoint and the number of vehicles found on each side; None if this is not known.
-    keeps_gap: whether it uses the desired gap. version: the version of its package; "" for a file.
+    instead. mode: its number in a log, for the laws of the library; a run numbers others itself.
+    colour: the colour of its curves, `#RRGGBB`. linear: returns the law linearised at its
+    equilibrium, from its parameters, the setpoint and the number of vehicles found on each side;
+    None if this is not known. keeps_gap: whether it uses the desired gap. version: the version of
+    its package; "" for a file.
     """
 
     name: str

@@ -25,7 +25,7 @@ from zenvoy.laws.errors import raised, useless
 from zenvoy.laws.law import SILENT, UNKNOWN
 from zenvoy.laws.relative import NAN
 from zenvoy.scenarios import Limits
-from zenvoy.vehicles.flaws import flaw_of
+from zenvoy.vehicles.invalid_output import why_invalid
 from zenvoy.vehicles.steps import Number
 from zenvoy.vehicles.time_limit import time_limit
 
@@ -234,5 +234,5 @@ def applied(controller: Controller, observation: Observation) -> Output:
     except TypeError:
         is_valid = False
     if not is_valid:
-        raise useless(f"law {law.name}", law.acceleration, f"returned {flaw_of(output, law)}")
+        raise useless(f"law {law.name}", law.acceleration, f"returned {why_invalid(output, law)}")
     return output

@@ -162,8 +162,7 @@ def _checked(parameters: type, values: object) -> BaseModel:
     def failed(error: BaseException) -> LawError:
         return raised(parameters.__name__, parameters, error)
 
-    with errors_of_the_code(failed):
-        model = model_of(parameters)
+    model = model_of(parameters)
     checked = model.model_validate(values)
     with errors_of_the_code(failed):
         parameters(**{name: getattr(checked, name) for name in model.model_fields})

@@ -19,6 +19,7 @@ from zenvoy.laws import (
     clipped,
     larger,
     law_of,
+    power,
     root,
     smaller,
     where,
@@ -69,3 +70,15 @@ def test_choices_are_the_same_on_arrays(a: float, b: float, limit: float) -> Non
     np.testing.assert_array_equal(clipped(np.array([a]), limit), [clipped(a, limit)])
     np.testing.assert_array_equal(root(np.array([a])), [root(a)])
     np.testing.assert_array_equal(where(np.array([a > b]), a, b), [where(a > b, a, b)])
+
+
+@given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=20), st.integers(0, 16))
+def test_powers_have_the_same_bits_on_floats_and_arrays(values: list[float], exponent: int) -> None:
+    together = np.broadcast_to(power(np.array(values), exponent), len(values)).tolist()
+    assert together == [power(value, exponent) for value in values]
+    assert together == pytest.approx([value**exponent for value in values], rel=1e-13)
+
+
+def test_a_power_has_no_negative_exponent() -> None:
+    with pytest.raises(ValueError, match="exponent -1 is below 0"):
+        power(2.0, -1)

@@ -1,29 +1,27 @@
-"""Says what is wrong with the output of a law."""
+"""Says why the output of a law is not valid; `decision.applied` finds out whether it is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import isfinite
-from typing import Any
 
 from zenvoy.laws import Law, Output
 from zenvoy.laws.errors import shortened
 
 
-def flaw_of(output: Output, law: Law) -> str:
-    """Return what is wrong with an output that is not valid, in a few words."""
-    if not _are_numbers((output.acceleration,), isfinite):
+def why_invalid(output: Output, law: Law) -> str:
+    """Return what is wrong with an invalid output, in a few words."""
+    if not _are_finite((output.acceleration,)):
         return f"{shortened(output.acceleration)}, which is no acceleration"
-    if not _are_numbers(output.state, isfinite) or len(output.state) != len(law.state):
+    if not _are_finite(output.state) or len(output.state) != len(law.state):
         return f"{shortened(output.state)} as its state, not {_tuple_of(len(law.state))}"
     return f"{shortened(output.logged)} to be logged, not {_tuple_of(len(law.columns))}"
 
 
-def _are_numbers(values: object, valid: Callable[[Any], bool]) -> bool:
+def _are_finite(values: object) -> bool:
     if not isinstance(values, tuple | list):
         return False
     try:
-        return all(map(valid, values))
+        return all(map(isfinite, values))
     except TypeError:
         return False
 
