@@ -100,7 +100,7 @@ external-cpp: setup
 	g++ -std=c++17 -O1 -Wall -I tests/zenoh_c -I $(CPP) -o $(CPP)/vehicle \
 		examples/external_vehicle/vehicle.cpp $(CPP)/messages.pb.cc -L $(CPP) -lzenohc \
 		$$(python3-config --ldflags --embed) -lprotobuf -Wl,-rpath,'$$ORIGIN'
-	ZENVOY_VEHICLE_CPP=$(CPP)/vehicle $(BIN)/pytest tests/fleet/test_external_vehicle.py -k another_language
+	ZENVOY_VEHICLE_CPP=$(CPP)/vehicle $(BIN)/pytest tests/fleet/external_cpp.py
 
 # The picture of the README, from the log of the demo.
 picture:

@@ -1,4 +1,8 @@
-"""What a vehicle knows: its readings, the beacons of others, and estimates from both."""
+"""What a vehicle knows: its readings, the beacons of others, and estimates from both.
+
+A reading or a beacon changes motions, filters and shared estimates at once, in an order that
+decides the bits of a run. So all of them are one object in one module, although it is long.
+"""
 
 from __future__ import annotations
 

@@ -29,7 +29,6 @@ from zenvoy.bus import messages_pb2 as pb
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "external_vehicle" / "vehicle.py"
-IN_CPP = os.environ.get("ZENVOY_VEHICLE_CPP")
 
 
 @pytest.fixture(scope="module")
@@ -76,16 +75,6 @@ def test_a_vehicle_without_zenvoy_drives_in_a_fleet(tmp_path: Path, messages: Pa
     assert any(2 in row.destination for row in cycles)  # it has heard the others
     for row in cycles:
         assert row.decided_ns[1] >= row.time_ns + 50_000_000  # not before v2v_wait
-
-
-@pytest.mark.skipif(  # `make test` must need no compiler; `make external-cpp` runs it
-    IN_CPP is None,
-    reason="the C++ example needs g++, protoc and headers of protobuf, which Zenvoy does not; "
-    "`make external-cpp` compiles it and runs this test; the test above does the same in Python",
-)
-def test_a_vehicle_in_another_language_drives_in_a_fleet(tmp_path: Path, messages: Path) -> None:
-    assert IN_CPP is not None
-    drives_in_a_fleet(tmp_path, messages, str(Path(IN_CPP).absolute()))
 
 
 def drives_in_a_fleet(tmp_path: Path, messages: Path, *program: str) -> None:
