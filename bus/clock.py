@@ -22,7 +22,9 @@ def pause(for_s: float = 0.0002) -> None:
     without a pause it would take a core from the processes for which it waits. A longer or a
     shorter pause only changes how soon a message is seen.
     """
-    time.sleep(for_s)  # polls queues: Zenoh can wake a thread that waits for one, not for several
+    time.sleep(
+        for_s
+    )  # yields the core between looks at several queues: no call blocks on more than one
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,12 +96,14 @@ def _be_child(program: Program, log: int, parent: int, send: Send) -> NoReturn:
             _flush()
             os.kill(os.getpid(), signal.SIGKILL)
         _leave(DONE)
-    # Nothing may leave this function, not even SystemExit: after a fork, the frames below belong to
-    # the parent, and its handlers would run a second time. `_status` reports each error.
-    except BaseException as error:  # noqa: BLE001 - it would unwind into the parent's frames
+    finally:
+        # Only an error comes here. Nothing may leave this function, not even SystemExit: after a
+        # fork, the frames below belong to the parent, and its handlers would run a second time.
         # The error keeps the session alive. Exit before it is dropped: that would close the
         # session, which may wait for a frozen peer.
         try:
+            error = sys.exception()
+            assert error is not None
             _leave(_status(program, error, send))
         finally:
             os._exit(1)

@@ -55,7 +55,9 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(0.01)  # the fact is in another process, which cannot wake this one
+        time.sleep(
+            0.01
+        )  # between looks at a process, a file or a page: no call blocks until it changes
 
 
 @dataclass(frozen=True, slots=True)

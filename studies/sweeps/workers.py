@@ -79,7 +79,7 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
         do(task)
     # Nothing is swallowed: the error is the result of this task, and stands in the table of the
     # study, while the other runs go on. Without this, the parent would only learn "exit code 1".
-    except Exception as error:  # noqa: BLE001 - any error of a user's code is the task's result
+    except Exception as error:  # noqa: BLE001 - sent to the parent: one run must not end the others
         writer.send(in_one_line(error))
 
 

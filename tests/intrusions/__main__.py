@@ -235,6 +235,6 @@ def main(folder: str, run: str, world: str, channel: str) -> None:
 if __name__ == "__main__":
     try:
         main(*sys.argv[1:])
-    except Exception:  # noqa: BLE001 - told, then exit 1: open sessions would keep Python alive
+    finally:  # only an error comes here, as `main` exits; open sessions would keep Python alive
         traceback.print_exc()
         os._exit(1)
