@@ -9,7 +9,6 @@ from typing import Final
 
 from zenvoy.fleet.ends import (
     EXHAUSTED,
-    FINISHED,
     LAW_FAILED,
     STALLED,
     STOPPED,
@@ -51,10 +50,8 @@ class Causes:
             return Death(who, f"died: {words.text}")
         return Death(name, f"cannot go on: {words.text}", tail, refused=True)
 
-    def of_bad_end(self, child: Child, code: int) -> Death | None:
-        """Return why a child that was asked to end could not finish; None if it could."""
-        if code in FINISHED:
-            return None
+    def of_bad_end(self, child: Child, code: int) -> Death:
+        """Return why a child that was asked to end could not finish."""
         if code in {-signal.SIGALRM, -signal.SIGKILL}:  # by its own alarm, or by the supervisor
             return Death(child.program.name, "was killed, because it did not end in time")
         return self.of_death(child, code)

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from zenvoy.bus.clock import wall_ns
 from zenvoy.fleet.causes import FROZEN, Causes
-from zenvoy.fleet.ends import DONE, STALLED, Death, LastWordsPipe
+from zenvoy.fleet.ends import DONE, FINISHED, STALLED, Death, LastWordsPipe
 from zenvoy.fleet.frozen import Frozen
 from zenvoy.fleet.requests import requests_held
 from zenvoy.fleet.spawn import Child, Program, spawn
@@ -204,6 +204,6 @@ class Supervisor:
             for key, _ in self._selector.select(left_s):
                 if key.fd in self._children:
                     child = self._children[key.fd]
-                    bad_end = self._causes.of_bad_end(child, self._reap(key.fd))
-                    if child.program in self._leaders and bad_end is not None:
-                        self.bad_ends.append(bad_end)
+                    code = self._reap(key.fd)
+                    if child.program in self._leaders and code not in FINISHED:
+                        self.bad_ends.append(self._causes.of_bad_end(child, code))

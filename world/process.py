@@ -55,16 +55,16 @@ def run_world(
         keep_large_blocks()
     with Recorder(path, labels, wall_ns) as recorder:
         bus, run_to_end = _world_on_bus(scenario, wiring, recorder, by_hand)
-        said = ""
+        reported = ""
 
         def tick(clock: pb.Clock) -> None:
-            nonlocal said
+            nonlocal reported
             bus.publish(CLOCK, clock.SerializeToString())
             on_clock(clock)
             if clock.cycle % _STEPS_BETWEEN == 0:
-                before, said = said, recorder.held_up(clock.wall_ns)
-                if said != before:
-                    on_held_up(said)
+                before, reported = reported, recorder.held_up(clock.wall_ns)
+                if reported != before:
+                    on_held_up(reported)
 
         recorder.on_clock = tick
         bus.on_idle = recorder.flush_if_due

@@ -139,7 +139,7 @@ def rows_of(
                 mask = np.isin(source, chosen) | np.isin(destination, chosen)
             else:
                 apart = np.abs(source.astype(np.int64) - destination.astype(np.int64))
-                mask = (apart == 1) | ((apart == ring - 1) & (ring > 2))
+                mask = np.isin(apart, (1, ring - 1))
             found.append((cycle, {name: table[name][mask] for name in _ROW_FIELDS}))
 
     def column(name: str, dtype: type) -> NDArray[Any]:

@@ -13,7 +13,10 @@ from playwright.sync_api import expect
 from tests.analysis.view.pages import RING, Open, address_in, picture, ready, seconds, tile
 from tests.conftest import command, wait_until
 from zenvoy.analysis.log.load import Run, load
+from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
+
+LOST = (pb.OUTCOME_LOST, pb.OUTCOME_COLLIDED, pb.OUTCOME_CORRUPTED)
 
 
 def test_vehicles_move_and_figures_are_those_of_the_log(open_page: Open, run: Run) -> None:
@@ -71,7 +74,7 @@ def test_lost_frames_are_counted_after_a_jump_as_after_steps(open_page: Open, ru
     expect(page.locator("#time")).to_have_text("8.0 / 20.0 s")
     cycle = np.round(run.frames["sent_ns"] / run.scenario.period_ns)
     recent = run.frames["outcome"][(cycle >= 60) & (cycle <= 80)]
-    share = 100 * np.isin(recent, (3, 4, 5)).mean()
+    share = 100 * np.isin(recent, LOST).mean()
     at = page.locator("#tiles dt").all_inner_texts().index("Frames lost")
     expect(page.locator("#tiles dd").nth(at)).to_contain_text(f"{share:.1f}")
 
