@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass, field
+from io import BufferedReader, RawIOBase
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,8 +45,13 @@ class Log:
 
 def read_log(path: Path) -> Log:
     """Read a log as a stream, up to its cut if it has one."""
-    with path.open("rb") as file:
-        records = iter(StreamReader(file).records)
+    return read_stream(path.open("rb", buffering=0))
+
+
+def read_stream(file: RawIOBase) -> Log:
+    """Read a log from a file that may still grow, and close the file."""
+    with _WholeReads(file) as stream:
+        records = iter(StreamReader(stream).records)
         header = next(records)
         assert isinstance(header, Header)
         log, whole = Log(header), False
@@ -54,7 +59,7 @@ def read_log(path: Path) -> Log:
             for record in records:
                 _take(log, record)
                 whole = whole or isinstance(record, Footer)
-        except (EndOfFile, struct.error):  # struct.error if the cut is inside a length
+        except EndOfFile:
             pass
     return Log(
         log.header,
@@ -65,6 +70,20 @@ def read_log(path: Path) -> Log:
         log.attachments,
         whole,
     )
+
+
+class _WholeReads(BufferedReader):
+    """A file that says so where it ends inside a record.
+
+    The reader of the package takes what is there for the whole record. If the file grows before it
+    reads on, the part passes for a damaged record.
+    """
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        data = super().read(size)
+        if size is not None and len(data) < size:
+            raise EndOfFile
+        return data
 
 
 def _take(log: Log, record: object) -> None:
