@@ -2,7 +2,7 @@
 
 `python -m tests.intrusions FOLDER RUN WORLD CHANNEL` makes all attempts, or those that concern a
 router if it is both doors. It prints what came of them as a line of JSON, and stays until its input
-ends. Then it prints what it has heard.
+ends. Then it prints what it has heard, once the observer has heard the clock, as it may.
 """
 
 from __future__ import annotations
@@ -10,12 +10,14 @@ from __future__ import annotations
 import json
 import os
 import sys
+import threading
 import traceback
 from pathlib import Path
 from typing import Final
 
 import zenoh
 
+from tests.conftest import LIMIT_S
 from tests.fleet.joining import free_ports
 from tests.intrusions.crowd import Crowd, address_of
 from tests.intrusions.intruder import answers, enter, member
@@ -52,7 +54,8 @@ class Attempts:
     """All attempts on one run, and what came of them.
 
     `failed` has, by attempt, whether it failed as far as the intruder can tell. `heard` has the
-    keys of all messages that came, by the attempt to read them.
+    keys of all messages that came, by the attempt to read them. `clock_came` is set once a message
+    has come to the one who may read it; on a busy machine that may be after the end of the run.
     """
 
     def __init__(self, folder: Path, run: str, world: str, channel: str) -> None:
@@ -61,6 +64,7 @@ class Attempts:
         self._kept: list[object] = []
         self.failed: dict[str, bool] = {}
         self.heard: dict[str, list[str]] = {}
+        self.clock_came = threading.Event()
 
     def make(self) -> None:
         """Make all attempts."""
@@ -138,7 +142,9 @@ class Attempts:
         self._put(observer, CLOCK.key(run), pb.Clock(cycle=7).SerializeToString())
         self._listen("observer: reads commands", observer, COMMAND.key(run, 1))
         self._listen("observer: reads a truth that is not public", observer, TRUTH.key(run))
-        self._listen("observer: reads the clock", observer, CLOCK.key(run))  # as it may
+        self._listen(
+            "observer: reads the clock", observer, CLOCK.key(run), self.clock_came
+        )  # as it may
 
     def _as_servers(self, keys: Path) -> None:
         """Do with the channel's certificate what only a vehicle may, and so on."""
@@ -175,11 +181,15 @@ class Attempts:
             publisher.put(payload)
             self._kept.append(publisher)
 
-    def _listen(self, what: str, session: zenoh.Session, key: str) -> None:
+    def _listen(
+        self, what: str, session: zenoh.Session, key: str, came: threading.Event | None = None
+    ) -> None:
         heard = self.heard[what] = []
 
         def note(sample: zenoh.Sample) -> None:
             heard.append(str(sample.key_expr))
+            if came is not None:
+                came.set()
 
         others = zenoh.Locality.REMOTE
         self._kept.append(session.declare_subscriber(key, note, allowed_origin=others))
@@ -228,6 +238,7 @@ def main(folder: str, run: str, world: str, channel: str) -> None:
     for line in sys.stdin:
         if line == "send\n":
             crowd.send(MILLION)
+    attempts.clock_came.wait(LIMIT_S)
     print(json.dumps(attempts.heard), flush=True)
     os._exit(0)  # closing the sessions may wait for a run that has ended
 
