@@ -46,6 +46,11 @@ class WallTime:
         return max(0, round((wall_ns - self.start_ns) * self.speed))
 
 
+def age_s(modified_ns: int) -> float:
+    """Return how long ago a file was modified, s, by the time of modification that it has."""
+    return (time.time_ns() - modified_ns) * 1e-9
+
+
 def stamp() -> str:
     """Return the local date and time to the second, for names of folders."""
     return datetime.now().astimezone().strftime("%Y%m%d-%H%M%S")

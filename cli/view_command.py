@@ -39,7 +39,7 @@ def view(
     from zenvoy.cli.viewing import show
 
     try:
-        WatchedRun(log).extend()  # so that a file which is no log is refused at once
+        WatchedRun(log).first_look()  # so that a file which is no log is refused at once
         made = listener(port)
     except LogError as error:
         refuse(str(error))
@@ -65,7 +65,7 @@ def _to_foxglove(log: Path, port: int | None) -> None:
 
     begun = GrowingLog(log)
     try:
-        begun.extend()  # so that a file which is no log is refused at once
+        begun.first_look()  # so that a file which is no log is refused at once
         serve_log(log, port, begun.vehicles, ready)
     except LogError as error:
         refuse(str(error))

@@ -10,7 +10,7 @@ from typing import Final
 from pydantic import ValidationError
 
 from zenvoy.analysis.log.checks import Check
-from zenvoy.analysis.log.records import LogError, Pass
+from zenvoy.analysis.log.records import CUT_EARLY, LogError, Pass
 from zenvoy.bus.log_format import EFFECTIVE
 from zenvoy.bus.log_metadata import NOTES, RESULT, RUN, RunMetadata, read_result, read_run
 from zenvoy.scenarios import Scenario
@@ -76,7 +76,7 @@ def scenario_of(path: Path, log: Pass) -> Scenario:
     if RUN not in log.metadata and (log.whole or log.counts or log.metadata):
         raise LogError(f"{path}: an MCAP file, but not the log of a run")
     if RUN not in log.metadata or EFFECTIVE not in log.attachments:
-        raise LogError(f"{path}: cut before the scenario, so it cannot be read")
+        raise LogError(f"{path}: {CUT_EARLY}")
     try:
         return Scenario.model_validate_json(log.attachments[EFFECTIVE].data)
     except ValidationError as error:

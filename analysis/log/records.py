@@ -49,6 +49,9 @@ _IDENTIFYING_BYTES: Final = 64  # at the beginning of a record
 _DAMAGE_ERRORS: Final = (DamageError, McapError, struct.error, ValueError, OverflowError)
 
 
+CUT_EARLY: Final = "cut before the scenario, so it cannot be read"
+
+
 class LogError(Exception):
     """A file is not the log of a run, or cannot be read."""
 

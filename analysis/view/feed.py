@@ -134,7 +134,7 @@ class Feed:
         while not (log.whole and taken == len(log.chunks)):
             grown = log.path.exists() and log.extend()
             self._begin()
-            if from_start and log.whole:
+            if from_start and (log.whole or log.still):
                 return  # a run that had ended before; everybody sees it from its start
             from_start = False
             for place in log.chunks[taken:]:

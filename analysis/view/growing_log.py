@@ -16,11 +16,13 @@ from mcap.records import Attachment, Channel, Chunk, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from zenvoy.analysis.log.chunks import HEAD, MESSAGE, DamageError, records_in, unpacked
-from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.log.records import CUT_EARLY, LogError
+from zenvoy.bus.clock import age_s
 from zenvoy.bus.log_format import EFFECTIVE, chunk_limit
 from zenvoy.bus.log_metadata import RESULT, RUN
 
 _TIMES: Final = struct.Struct("<QQ")  # of the first and last message, where a chunk record begins
+_GROWS_EVERY_S: Final = 10.0  # at least, while a run goes on; the recorder flushes far more often
 _MAX_RECORD_BYTES: Final = 64 << 20  # of any record but chunks
 
 
@@ -51,6 +53,7 @@ class GrowingLog:
         self.loose = False
         """Whether messages stand outside chunks, where they are not looked for."""
         self._at = 0
+        self._modified_ns = 0
 
     @property
     def vehicles(self) -> int:
@@ -68,6 +71,17 @@ class GrowingLog:
         """Whether the run has ended, by what its log says."""
         return RESULT in self.metadata
 
+    @property
+    def still(self) -> bool:
+        """Whether the log has no end and does not grow: it is cut, or its run stands still."""
+        return not self.whole and age_s(self._modified_ns) > _GROWS_EVERY_S
+
+    def first_look(self) -> None:
+        """Read on, before anybody looks; raises LogError for a log that will never begin, too."""
+        self.extend()
+        if self.still and not self.begun:
+            raise LogError(f"{self.path}: {CUT_EARLY}")
+
     def extend(self) -> bool:
         """Read what has been added to the file; return whether anything was.
 
@@ -78,6 +92,7 @@ class GrowingLog:
         try:
             with self.path.open("rb") as file:
                 size = file.seek(0, os.SEEK_END)
+                self._modified_ns = os.fstat(file.fileno()).st_mtime_ns
                 if self._at == 0:
                     self._at = self._begin(file)
                 while self._at and not self.whole and self._at + HEAD.size <= size:

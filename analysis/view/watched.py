@@ -60,6 +60,15 @@ class WatchedRun:
             self._begin(self._log.effective or b"")
         return self._search() or self._sample() or more
 
+    def first_look(self) -> None:
+        """Read what there is, before anybody looks.
+
+        Raises LogError for a file that is not the log of a run, or that is cut before its run
+        begins and does not grow.
+        """
+        self._log.first_look()
+        self.extend()
+
     @property
     def begun(self) -> bool:
         """Whether the log says which run it is."""
@@ -94,6 +103,7 @@ class WatchedRun:
             "points": len(self._overview) if self.begun else 0,
             "end": printable(result["end"]) if "end" in result else None,
             "whole": self.begun and self.whole,
+            "still": self._log.still,
             "events": self._events[events_from:],
             "faults": self._faults,
         }

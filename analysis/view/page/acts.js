@@ -1,4 +1,6 @@
 // What a person may do to a run in real time. The key comes with the address that the command prints.
+import { ask, request } from "./server.js";
+
 const SURE_MS = 4000;
 
 export class Acts {
@@ -11,14 +13,15 @@ export class Acts {
     this.buttons.brake.addEventListener("click", () => this.act("brake"));
     this.buttons.kill.addEventListener("click", () => this.#kill());
     this.loss = document.getElementById("loss");
-    const [slider, said] = [this.loss.querySelector("input"), this.loss.querySelector("output")];
-    slider.addEventListener("input", () => (said.textContent = `${slider.value} %`));
-    slider.addEventListener("change", () => this.#ask(`act=lose&percent=${slider.value}`));
+    this.losses = 0;
+    [this.slider, this.said] = [this.loss.querySelector("input"), this.loss.querySelector("output")];
+    this.slider.addEventListener("input", () => (this.said.textContent = `${this.slider.value} %`));
+    this.slider.addEventListener("change", () => this.#ask(`act=lose&percent=${this.slider.value}`));
   }
 
   async learn() {
     if (!this.key) return;
-    this.known = (await (await fetch("acts")).json()).acts;
+    this.known = (await (await ask("acts")).json()).acts;
     for (const [name, button] of Object.entries(this.buttons)) button.hidden = !this.known.includes(name);
   }
 
@@ -27,6 +30,18 @@ export class Acts {
     if (this.place.hidden !== hidden) this.place.hidden = hidden;
     const fixed = hidden || !this.known.includes("lose");
     if (this.loss.hidden !== fixed) this.loss.hidden = fixed;
+    this.#showLoss();
+  }
+
+  // Shows the share in force, which another page, or this one before it was loaded again, may have set.
+  #showLoss() {
+    const losses = this.run.events.filter((event) => event.kind === "LOSS");
+    if (losses.length === this.losses) return;
+    this.losses = losses.length;
+    const percent = parseFloat(losses[losses.length - 1].text);
+    if (!(percent >= 0)) return;
+    this.slider.value = percent;
+    this.said.textContent = `${percent} %`;
   }
 
   async act(name) {
@@ -35,8 +50,12 @@ export class Acts {
   }
 
   async #ask(what) {
-    const answer = await fetch(`acts?${what}`, { method: "POST", headers: { "X-Zenvoy-Key": this.key } });
-    this.trouble(answer.ok ? "" : await answer.text());
+    try {
+      const answer = await request(`acts?${what}`, { method: "POST", headers: { "X-Zenvoy-Key": this.key } });
+      this.trouble(answer.ok ? "" : await answer.text());
+    } catch (error) {
+      this.trouble(error.message);
+    }
   }
 
   // A second click within a few seconds kills, because it cannot be undone.

@@ -8,6 +8,7 @@ export class Surface {
     this.context = canvas.getContext("2d");
     this.width = this.height = 0;
     this.em = 14;
+    this.thin = 1; // width of a thin line, which grows with the type on large screens
     new ResizeObserver(() => this.#resize()).observe(canvas);
     this.#resize();
   }
@@ -18,7 +19,7 @@ export class Surface {
     context.setTransform(this.density, 0, 0, this.density, 0, 0);
     context.clearRect(0, 0, this.width, this.height);
     this.font();
-    context.lineWidth = 1;
+    context.lineWidth = this.thin;
     context.globalAlpha = 1;
     context.setLineDash([]);
     return context;
@@ -35,6 +36,7 @@ export class Surface {
     this.width = canvas.clientWidth;
     this.height = canvas.clientHeight;
     this.em = parseFloat(style.fontSize);
+    this.thin = Math.max(1, this.em / 14);
     this.family = style.fontFamily;
     const width = Math.max(1, Math.round(this.width * this.density));
     const height = Math.max(1, Math.round(this.height * this.density));

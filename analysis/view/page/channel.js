@@ -1,5 +1,6 @@
 // Frames lost, late and collided, and how busy the medium is, over the whole run.
 import { chart } from "./chart.js";
+import { DASHES, sample } from "./outcomes.js";
 
 export class Channel {
   constructor(surface, legend, overview, theme) {
@@ -12,7 +13,7 @@ export class Channel {
   draw(to, now) {
     this.#collect(to);
     const shown = this.lines.filter((line) => line.any);
-    const series = shown.map((line) => ({ x: line.x, y: (i) => line.values[i], colour: this.theme[line.colour], dash: line.dash, width: 1.8 }));
+    const series = shown.map((line) => ({ x: line.x, y: (i) => line.values[i], colour: this.theme[line.colour], dash: DASHES[line.name], width: line.name === "busy" ? 1 : 1.8 }));
     const top = Math.max(5, ...shown.map((line) => Math.max(...line.values.filter(Number.isFinite))));
     return chart(this.surface, { title: this.title, from: 0, to, now, series, low: 0, high: Math.min(100, 1.1 * top) });
   }
@@ -27,8 +28,8 @@ export class Channel {
     const bins = Math.max(10, Math.min(160, Math.floor(this.surface.width / 5)));
     const each = Math.max(1, Math.ceil(to / grain / bins));
     const lines = [
-      { name: "lost", colour: "lost", dash: [] }, { name: "late", colour: "late", dash: [6, 3] },
-      { name: "collided", colour: "collided", dash: [2, 2] }, { name: "busy", colour: "quiet", dash: [] },
+      { name: "lost", colour: "lost" }, { name: "late", colour: "late" },
+      { name: "collided", colour: "collided" }, { name: "busy", colour: "quiet" },
     ].map((line) => ({ ...line, x: [], values: [], any: line.name === "lost" }));
     for (let first = 0; first < overview.times.length; first += each) {
       const last = Math.min(overview.times.length, first + each);
@@ -60,10 +61,6 @@ export class Channel {
     const shown = this.lines.filter((line) => line.any).map((line) => line.name);
     if (this.labelled === shown.join()) return;
     this.labelled = shown.join();
-    this.legend.replaceChildren(...shown.flatMap((name) => {
-      const mark = document.createElement("i");
-      mark.className = `line ${name}${name === "late" || name === "collided" ? " dashed" : ""}`;
-      return [mark, name === "busy" ? "medium busy" : name];
-    }));
+    this.legend.replaceChildren(...shown.flatMap((name) => [sample(name), name === "busy" ? "medium busy" : name]));
   }
 }

@@ -6,7 +6,8 @@ export function chart(surface, { title, from, to, now, series, low, high, marks 
   const g = surface.begin();
   const { theme, em, width, height } = surface;
   if (low === undefined) [low, high] = range(series);
-  const yTicks = ticks(low, high, Math.max(2, Math.floor((height - 2.6 * em) / (1.9 * em))));
+  const fit = Math.max(2, Math.floor((height - 2.6 * em) / (1.9 * em)));
+  const yTicks = atLeastTwo(low, high, fit);
   const yLabels = label(yTicks);
   const left = Math.max(...yLabels.map((text) => g.measureText(text).width), em) + 0.6 * em;
   const box = { left, top: 1.35 * em, right: width - 0.5 * em, bottom: height - 1.35 * em };
@@ -33,10 +34,10 @@ export function chart(surface, { title, from, to, now, series, low, high, marks 
   g.beginPath();
   g.rect(box.left, box.top - 2, box.right - box.left, box.bottom - box.top + 4);
   g.clip();
-  for (const at of marks) line(g, x(at), box, theme.edge, [2, 3]);
-  for (const one of series) draw(g, one, x, y);
+  for (const at of marks) line(g, surface, x(at), box, theme.edge, [2, 3]);
+  for (const one of series) draw(g, surface, one, x, y);
   g.restore();
-  if (now >= from && now <= to) line(g, x(now), box, theme.accent, []);
+  if (now >= from && now <= to) line(g, surface, x(now), box, theme.accent, []);
   return { box, x, y, timeAt: (px) => from + ((px - box.left) / (box.right - box.left)) * (to - from) };
 }
 
@@ -62,11 +63,17 @@ export function axis(g, surface, box, from, to, x) {
   g.stroke();
 }
 
-export function line(g, at, box, colour, dash) {
+// Round numbers for an axis; one alone would give no scale.
+function atLeastTwo(low, high, count) {
+  const found = ticks(low, high, count);
+  return found.length > 1 ? found : ticks(low, high, 2 * count);
+}
+
+export function line(g, { thin }, at, box, colour, dash) {
   g.save();
   g.strokeStyle = colour;
-  g.lineWidth = 1.5;
-  g.setLineDash(dash);
+  g.lineWidth = 1.5 * thin;
+  g.setLineDash(dash.map((length) => length * thin));
   g.beginPath();
   g.moveTo(at, box.top);
   g.lineTo(at, box.bottom);
@@ -94,14 +101,14 @@ export function range(series, least = 0.5) {
   return [Math.floor(a / grain) * grain, Math.ceil(b / grain) * grain]; // so that it seldom moves
 }
 
-function draw(g, one, x, y) {
+function draw(g, { thin }, one, x, y) {
   g.strokeStyle = g.fillStyle = one.colour;
-  g.lineWidth = one.width ?? 1.6;
-  g.setLineDash(one.dash ?? []);
+  g.lineWidth = (one.width ?? 1.6) * thin;
+  g.setLineDash((one.dash ?? []).map((length) => length * thin));
   if (one.dots) {
     for (let i = 0; i < one.x.length; i++) {
       const v = one.y(i);
-      if (v === v) g.fillRect(x(one.x[i]) - 1.2, y(v) - 1.2, 2.4, 2.4);
+      if (v === v) g.fillRect(x(one.x[i]) - 1.2 * thin, y(v) - 1.2 * thin, 2.4 * thin, 2.4 * thin);
     }
     return;
   }

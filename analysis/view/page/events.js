@@ -42,7 +42,7 @@ export class Events {
     let past = 0;
     while (past < events.length && events[past].time <= time + 1e-9) past += 1;
     const first = Math.max(0, Math.min(events.length - SHOWN, past - SHOWN / 2));
-    const made = `${events.length} ${Math.floor(first / 50)}`;
+    const made = `${events.length} ${Math.floor(first / 50)} ${this.run.live}`;
     if (made !== this.made) {
       this.made = made;
       this.first = Math.floor(first / 50) * 50;
@@ -79,7 +79,7 @@ export class Events {
     if (!events.length) {
       const item = document.createElement("li");
       item.className = "quiet";
-      item.textContent = "none yet";
+      item.textContent = this.run.live ? "none yet" : "none";
       this.list.append(item);
     }
   }

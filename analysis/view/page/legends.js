@@ -1,33 +1,33 @@
 // Legends beside the pictures, never over their data.
 import { cividis } from "./colours.js";
-
-const RADIO = [["line", "delivered", "delivered"], ["line dashed", "lost", "lost"], ["line", "late", "late"], ["line dashed", "collided", "collided"]];
+import { sample } from "./outcomes.js";
 
 export function radioLegend(place) {
-  place.replaceChildren(...RADIO.flatMap(([kind, colour, text]) => [mark(`${kind} ${colour}`), text]));
+  place.replaceChildren(...["delivered", "late", "lost", "collided"].flatMap((name) => [sample(name), name]));
 }
 
-export function colourLegend(place, kind, scale, modes, theme, hollow) {
-  const said = `${kind} ${scale.low} ${scale.high} ${modes.map(([name]) => name)} ${theme.version}`;
+// `modes` are pairs of name and colour, that of `hollow` as an outline. `unknown`: some vehicles have no colour.
+export function colourLegend(place, kind, scale, theme, { modes = [], hollow = "", unknown = false } = {}) {
+  const said = `${kind} ${scale.low} ${scale.high} ${modes.map(([name]) => name)} ${theme.version} ${unknown}`;
   if (place.dataset.said === said) return;
   place.dataset.said = said;
+  const noData = unknown ? [box(theme.edge, true), "no data"] : [];
   if (kind !== "mode") {
     const unit = kind === "age" ? "s" : "m/s";
     const places = scale.high - scale.low < 2 ? 2 : 1;
-    place.replaceChildren(`${kind === "age" ? "age of data" : "speed"} ${scale.low.toFixed(places)}`, ramp(), `${scale.high.toFixed(places)} ${unit}`);
+    place.replaceChildren(`${kind === "age" ? "age of data" : "speed"} ${scale.low.toFixed(places)}`, ramp(), `${scale.high.toFixed(places)} ${unit}`, ...noData);
     return;
   }
-  place.replaceChildren(...modes.flatMap(([name, colour]) => {
-    const box = mark("box");
-    box.style.backgroundColor = name === hollow ? "transparent" : theme.law(colour);
-    box.style.borderColor = theme.law(colour);
-    return [box, name];
-  }));
+  place.replaceChildren(
+    ...modes.flatMap(([name, colour]) => [box(theme.law(colour), name === hollow), name]), ...noData,
+  );
 }
 
-function mark(name) {
+function box(colour, hollow) {
   const made = document.createElement("i");
-  made.className = name;
+  made.className = "box";
+  made.style.backgroundColor = hollow ? "transparent" : colour;
+  made.style.borderColor = colour;
   return made;
 }
 

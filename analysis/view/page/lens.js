@@ -1,10 +1,10 @@
 // A close view of the first chosen vehicle, with gaps and speeds of its neighbours.
-import { drawFrames } from "./road.js";
+import { bend, drawFrames } from "./frames.js";
 import { framesAt, painter } from "./scene.js";
 
 export function drawLens(surface, scene, view) {
   const g = surface.begin();
-  const { width, height, em, theme } = surface;
+  const { width, height, em, thin, theme } = surface;
   const chosen = view.chosen[0];
   const sides = Math.max(1, Math.min(4, Math.floor(width / (12 * em))));
   const length = scene.about.ring;
@@ -30,8 +30,8 @@ export function drawLens(surface, scene, view) {
   g.fillStyle = theme.road;
   g.fillRect(0, y - road / 2, width, road);
   g.fillStyle = theme.edge;
-  g.fillRect(0, y - road / 2, width, 1);
-  g.fillRect(0, y + road / 2, width, 1);
+  g.fillRect(0, y - road / 2, width, thin);
+  g.fillRect(0, y + road / 2, width, thin);
   const at = (i) => width / 2 + off(i) * perMetre;
   const place = {
     at: (p) => {
@@ -41,7 +41,8 @@ export function drawLens(surface, scene, view) {
     control: (p, q) => {
       const [a] = place.at(p);
       const [b] = place.at(q);
-      return [(a + b) / 2, y - 0.5 * em - Math.min(1.9 * (y - 2.6 * em), 1.6 * em + 0.35 * Math.abs(b - a))];
+      const rise = Math.min(1.9 * (y - 1.2 * em), 1.6 * em + 0.35 * Math.abs(b - a));
+      return [(a + b) / 2, y - 0.5 * em - rise * bend(b - a)];
     },
   };
   if (view.links) {
@@ -57,19 +58,20 @@ export function drawLens(surface, scene, view) {
     const { fill, hollow } = paint(i);
     g.fillStyle = hollow ? theme.panel : fill;
     g.strokeStyle = hollow ? fill : theme.isDark ? "rgb(255 255 255 / 60%)" : "rgb(0 0 0 / 50%)";
-    g.lineWidth = hollow ? 2 : 1;
+    g.lineWidth = (hollow ? 2 : 1) * thin;
     g.beginPath();
     g.roundRect(x - long, y - 0.5 * em, long, em, 0.25 * em);
     g.fill();
     g.stroke();
     if (i + 1 === chosen) {
       g.strokeStyle = theme.accent;
-      g.lineWidth = 2.5;
-      g.strokeRect(x - long - 3, y - 0.5 * em - 3, long + 6, em + 6);
+      g.lineWidth = 2.5 * thin;
+      const off = 3 * thin;
+      g.strokeRect(x - long - off, y - 0.5 * em - off, long + 2 * off, em + 2 * off);
     }
     if (view.faulty.includes(i + 1)) {
       g.strokeStyle = theme.lost;
-      g.lineWidth = 2;
+      g.lineWidth = 2 * thin;
       g.beginPath();
       g.arc(x - long / 2, y, 1.05 * em, 0, 7);
       g.stroke();

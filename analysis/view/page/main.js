@@ -10,13 +10,15 @@ import { drawLens } from "./lens.js";
 import { Playhead } from "./playhead.js";
 import { drawRoad, vehicleAt } from "./road.js";
 import { Links, Overview, Pictures, Run } from "./run.js";
-import { HOLD, Scene, SLOWEST } from "./scene.js";
+import { hasUnknown, HOLD, Scene, SLOWEST } from "./scene.js";
+import { isSilent, Silent } from "./server.js";
 import { SpaceTime } from "./spacetime.js";
 import { Tiles } from "./tiles.js";
 import { Transport } from "./transport.js";
 import { Charts } from "./vehicles.js";
 
 const ASK_EVERY = 200; // ms, while a run goes on
+const ASK_SOON = 50; // ms, while the server has read more than this page
 const MOST_CHOSEN = 3;
 const SLOW = 0.2; // at this speed and below, frames are shown on their way
 const get = (id) => document.getElementById(id);
@@ -24,17 +26,21 @@ const theme = new Theme();
 const run = new Run();
 const playhead = new Playhead();
 const view = { chosen: [], colour: "speed", radio: "sends", scale: { low: 0, high: 1 }, links: null };
+const STILL = "The log has no end, and does not grow: it is cut, or its run stands still.";
 let page = null;
+let failed = ""; // why the last question to the server got no good answer
 
-function trouble(text) {
+function trouble() {
+  const text = (isSilent() ? new Silent().message : failed) || view.refused || run.faults[0] || (run.still ? STILL : "");
+  if (get("trouble").textContent === text) return;
+  get("trouble").textContent = text;
   get("trouble").hidden = !text;
-  if (get("trouble").textContent !== text) get("trouble").textContent = text;
 }
 
 async function ask() {
   try {
     const isNew = await run.refresh();
-    trouble(view.refused || (run.faults[0] ?? ""));
+    failed = "";
     if (run.begun) {
       if (!page) begin();
       playhead.reach(performance.now() / 1000, run.lastTime);
@@ -46,14 +52,15 @@ async function ask() {
       if (isNew || page.overview.times.length < run.points) await page.overview.refresh();
     }
   } catch (error) {
-    trouble(error instanceof TypeError ? "zenvoy view has ended; what is loaded stays." : error.message);
+    report(error);
   }
-  const done = run.begun && run.whole && page.overview.times.length >= run.points;
-  if (!done) setTimeout(ask, run.live || !run.begun ? ASK_EVERY : 50);
+  trouble();
+  const behind = page && page.overview.times.length < run.points;
+  if (!run.whole || behind) setTimeout(ask, behind && !isSilent() ? ASK_SOON : ASK_EVERY);
 }
 
 function badge() {
-  const said = run.live ? "live" : run.end === "complete" ? "complete" : run.end;
+  const said = run.live ? "live" : run.end ?? "unfinished";
   if (get("badge").textContent === said) return;
   get("badge").textContent = said;
   get("badge").className = `badge ${run.live ? "live" : run.end === "complete" ? "" : "bad"}`;
@@ -189,6 +196,7 @@ function draw(now) {
   const elapsed = Math.min(0.25, (now - drawnAt) / 1000);
   drawnAt = now;
   frames.count += 1;
+  trouble();
   const { about } = run;
   const { pictures, charts } = page;
   const stride = fine(1 / about.period);
@@ -208,7 +216,7 @@ function draw(now) {
   if (page.place) page.hover.draw(page.place, page.scene, 1.2 * page.road.em);
   // What has not changed is not drawn again.
   const looks = [theme.version, Surface.resized, view.chosen.join(), view.colour, view.radio, get("upwards").value].join(" ");
-  const data = [run.last, run.end, page.overview.times.length, pictures.version, charts.near.version, view.links?.version].join(" ");
+  const data = [run.last, run.live, page.overview.times.length, pictures.version, charts.near.version, view.links?.version].join(" ");
   const state = `${playhead.time} ${playhead.playing} ${playhead.following} ${playhead.speed} ${looks} ${data}`;
   if (state === shown) return;
   shown = state;
@@ -242,7 +250,7 @@ function drawDiagrams() {
   const to = run.live ? Math.max(20, playhead.end) : run.lastTime;
   if (page.scene) drawWords(page.scene, page.recent);
   const speeds = speedScale();
-  colourLegend(get("spacetime-legend"), "speed", speeds, [], theme);
+  colourLegend(get("spacetime-legend"), "speed", speeds, theme);
   page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: speeds, chosen: view.chosen, events: run.events });
   page.charts.draw(playhead.time, run.events);
   page.load = page.channel.draw(to, playhead.time);
@@ -260,7 +268,8 @@ function drawWords(scene, { cycle, stride }) {
   const wall = scene.before.total("wall");
   page.tiles.show(scene, settled, wall > 0 ? (scene.before.cycle * about.period) / wall : NaN);
   const modes = view.colour === "mode" ? seen(scene) : [];
-  colourLegend(get("legend"), view.colour, view.scale, modes, theme, about.modes[6]?.[0]);
+  const unknown = hasUnknown(view.colour, scene);
+  colourLegend(get("legend"), view.colour, view.scale, theme, { modes, hollow: about.modes[6]?.[0], unknown });
   get("faulty").hidden = view.faulty.length === 0;
   describe(scene);
 }
@@ -284,7 +293,7 @@ function describe(scene) {
 }
 
 function report(error) {
-  if (!(error instanceof TypeError)) trouble(error.message);
+  if (!(error instanceof Silent)) failed = error.message;
 }
 
 get("theme").addEventListener("click", () => theme.toggle());

@@ -1,4 +1,5 @@
 // The road from above: a ring as a ring, an open road as a strip that goes with the vehicles.
+import { bend, drawFrames } from "./frames.js";
 import { framesAt, painter } from "./scene.js";
 
 export function drawRoad(surface, scene, view) {
@@ -13,7 +14,7 @@ export function drawRoad(surface, scene, view) {
 }
 
 function ring(surface, scene) {
-  const { width, height, em, theme } = surface;
+  const { width, height, em, thin, theme } = surface;
   const length = scene.about.ring;
   const middle = [width / 2, height / 2];
   const road = Math.max(10, Math.min(1.7 * em, 0.05 * Math.min(width, height)));
@@ -30,7 +31,7 @@ function ring(surface, scene) {
     control(p, q) {
       let apart = ((q - p) % length + length) % length;
       if (apart > length / 2) apart -= length;
-      const depth = 1 - Math.min(0.95, 0.25 + 1.5 * Math.abs(apart / length));
+      const depth = 1 - Math.min(0.95, 0.25 + 1.5 * Math.abs(apart / length)) * bend(apart);
       const a = angle(p + apart / 2);
       return [middle[0] + radius * depth * Math.cos(a), middle[1] + radius * depth * Math.sin(a)];
     },
@@ -40,10 +41,10 @@ function ring(surface, scene) {
       g.lineWidth = road;
       circle(g, middle, radius);
       g.strokeStyle = theme.edge;
-      g.lineWidth = 1;
+      g.lineWidth = thin;
       circle(g, middle, radius - road / 2);
       circle(g, middle, radius + road / 2);
-      g.lineWidth = 1.5;
+      g.lineWidth = 1.5 * thin;
       for (let n = 0; n < 8; n++) chevron(g, this.at((n / 8) * length), 0.18 * road);
     },
     labelOff: road / 2 + 0.75 * em,
@@ -70,7 +71,7 @@ function circle(g, [x, y], radius) {
 }
 
 function strip(surface, scene) {
-  const { width, height, em, theme } = surface;
+  const { width, height, em, thin, theme } = surface;
   let low = Infinity;
   let high = -Infinity;
   for (const p of scene.positions) {
@@ -89,22 +90,22 @@ function strip(surface, scene) {
     at: (p, off = 0) => [(p - low) * perMetre, y + off, 0],
     control(p, q) {
       const reach = Math.abs(q - p) * perMetre;
-      return [(((p + q) / 2) - low) * perMetre, y - Math.min(1.85 * (y - em), 1.2 * em + 0.8 * reach)];
+      return [(((p + q) / 2) - low) * perMetre, y - Math.min(1.85 * (y - em), 1.2 * em + 0.8 * reach) * bend(q - p)];
     },
     road() {
       const g = surface.context;
       g.fillStyle = theme.road;
       g.fillRect(0, y - road / 2, width, road);
       g.fillStyle = theme.edge;
-      g.fillRect(0, y - road / 2, width, 1);
-      g.fillRect(0, y + road / 2, width, 1);
+      g.fillRect(0, y - road / 2, width, thin);
+      g.fillRect(0, y + road / 2, width, thin);
       const grain = [10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000].find((m) => m * perMetre > 6 * em) ?? 20000;
       g.fillStyle = theme.quiet;
       g.textAlign = "center";
       g.textBaseline = "top";
       for (let m = Math.ceil(low / grain) * grain; m <= high; m += grain) {
         const x = (m - low) * perMetre;
-        g.fillRect(x, y + road / 2, 1, 0.4 * em);
+        g.fillRect(x, y + road / 2, thin, 0.4 * em);
         if (x > 2.5 * em && x < width - 2.5 * em) g.fillText(`${m.toLocaleString("en")} m`, x, y + road / 2 + 1.9 * em);
       }
     },
@@ -113,7 +114,7 @@ function strip(surface, scene) {
 }
 
 function drawVehicles(g, surface, place, scene, paint, { chosen, faulty }) {
-  const { theme, em } = surface;
+  const { theme, em, thin } = surface;
   const spacing = place.perMetre * (scene.about.ring ?? spread(scene)) / scene.size;
   const long = Math.max(2, Math.min(Math.max(scene.about.length * place.perMetre, 0.62 * em), 0.85 * spacing));
   const wide = Math.max(3, 0.42 * place.road_px);
@@ -141,12 +142,12 @@ function drawVehicles(g, surface, place, scene, paint, { chosen, faulty }) {
     for (const i of members) box(g, place.at(scene.positions[i]), long, wide);
     g.fillStyle = hollow ? theme.panel : fill;
     g.fill();
-    g.lineWidth = hollow ? 2 : 1;
+    g.lineWidth = (hollow ? 2 : 1) * thin;
     g.strokeStyle = hollow ? fill : outline;
     g.stroke();
   }
   g.strokeStyle = theme.lost;
-  g.lineWidth = 2;
+  g.lineWidth = 2 * thin;
   for (const v of faulty) {
     const [x, y] = place.at(scene.positions[v - 1] - long / 2 / place.perMetre);
     g.beginPath();
@@ -168,8 +169,9 @@ function drawVehicles(g, surface, place, scene, paint, { chosen, faulty }) {
       g.translate(cx, cy);
       g.rotate(angle);
       g.strokeStyle = theme.accent;
-      g.lineWidth = 2.5;
-      g.strokeRect(-long / 2 - 3, -wide / 2 - 3, long + 6, wide + 6);
+      g.lineWidth = 2.5 * thin;
+      const out = 3 * thin;
+      g.strokeRect(-long / 2 - out, -wide / 2 - out, long + 2 * out, wide + 2 * out);
       g.restore();
     }
     if (isChosen) surface.font(0.8, 700);
@@ -205,50 +207,6 @@ function dash(g, [x, y, angle], long) {
 
 function spread(scene) {
   return Math.max(1, Math.abs(scene.positions[0] - scene.positions[scene.size - 1]));
-}
-
-export function drawFrames(g, surface, place, scene, frames) {
-  const { theme, em } = surface;
-  for (const frame of frames) {
-    const p = scene.positions[frame.source - 1];
-    const q = scene.positions[frame.destination - 1];
-    const a = place.at(p);
-    const b = place.at(q);
-    const c = place.control(p, q);
-    const onItsWay = frame.heard && frame.progress < 1;
-    g.strokeStyle = g.fillStyle = theme[frame.name];
-    g.globalAlpha = onItsWay ? 0.35 : frame.heard ? 0.6 : 0.95;
-    g.lineWidth = frame.heard ? 1.2 : 1.8;
-    g.setLineDash(frame.heard ? [] : [4, 4]);
-    g.beginPath();
-    g.moveTo(a[0], a[1]);
-    const until = frame.heard ? 1 : 0.5 * frame.progress;
-    if (until === 1) g.quadraticCurveTo(c[0], c[1], b[0], b[1]);
-    else for (let s = 0.05; s <= until + 1e-9; s += 0.05) g.lineTo(...along(a, c, b, s));
-    g.stroke();
-    g.setLineDash([]);
-    g.globalAlpha = 1;
-    if (onItsWay) {
-      g.beginPath();
-      g.arc(...along(a, c, b, frame.progress), 0.28 * em, 0, 7);
-      g.fill();
-    } else if (!frame.heard) {
-      const [x, y] = along(a, c, b, until);
-      const r = 0.26 * em;
-      g.lineWidth = 2;
-      g.beginPath();
-      g.moveTo(x - r, y - r);
-      g.lineTo(x + r, y + r);
-      g.moveTo(x + r, y - r);
-      g.lineTo(x - r, y + r);
-      g.stroke();
-    }
-  }
-}
-
-function along([ax, ay], [cx, cy], [bx, by], s) {
-  const r = 1 - s;
-  return [r * r * ax + 2 * r * s * cx + s * s * bx, r * r * ay + 2 * r * s * cy + s * s * by];
 }
 
 // The number of the vehicle nearest to a point of the canvas; 0 if none is near.

@@ -1,15 +1,10 @@
 // The run as the server tells it: facts, how far it is, and pictures of its cycles.
 import { unpack } from "./block.js";
+import { ask } from "./server.js";
 
 const KEPT_NUMBERS = 24e6; // of one store, in all its pictures
 const AT_ONCE = 3e5; // numbers asked for in one request
 const CYCLES_AT_ONCE = 60;
-
-async function ask(what, { signal } = {}) {
-  const answer = await fetch(what, { signal });
-  if (!answer.ok) throw new Error(`${what.split("?")[0]}: ${answer.status} ${answer.statusText}`);
-  return answer;
-}
 
 async function block(what) {
   return unpack(await (await ask(what)).arrayBuffer());
@@ -22,7 +17,8 @@ export class Run {
     this.points = 0;
     this.end = null;
     this.whole = false;
-    this.events = [];
+    this.still = false; // whether its log has no end and does not grow any more
+    this.events = []; // in order of time
     this.faults = [];
   }
 
@@ -31,10 +27,16 @@ export class Run {
     const state = await (await ask(`state?events=${this.events.length}`)).json();
     if (state.begun && this.about === null) this.about = await (await ask("about")).json();
     const isNew = state.last !== this.last || state.points !== this.points || state.events.length > 0 || state.whole !== this.whole;
-    const { last, points, end, whole, faults } = state;
-    Object.assign(this, { last, points, end, whole, faults });
-    for (const event of state.events) this.events.push(event);
+    const { last, points, end, whole, still, faults } = state;
+    Object.assign(this, { last, points, end, whole, still, faults });
+    this.#take(state.events);
     return isNew;
+  }
+
+  // What a process reports late, such as the end of another one, has an earlier time.
+  #take(events) {
+    this.events.push(...events);
+    this.events.sort((a, b) => a.time - b.time);
   }
 
   get begun() {
@@ -43,7 +45,7 @@ export class Run {
 
   // Whether the run goes on, as far as its log tells.
   get live() {
-    return this.begun && this.end === null;
+    return this.begun && this.end === null && !this.still;
   }
 
   get duration() {

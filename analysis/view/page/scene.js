@@ -1,10 +1,10 @@
 // What is on the road at a time, between two cycles of the log.
 import { shade, step } from "./colours.js";
+import { NAMES } from "./outcomes.js";
 
 const FALLBACK = 6; // the mode of a vehicle that has fallen back to FM
 export const HOLD = 0.1; // s for which a frame shows at least
 export const SLOWEST = 4; // cycles that a late frame may take to show
-export const OUTCOMES = { 1: "delivered", 2: "late", 3: "lost", 5: "lost", 7: "collided" };
 
 export class Scene {
   constructor(about, before, after, time) {
@@ -44,7 +44,7 @@ export function painter(kind, scene, scale, theme) {
     return (i) => {
       const mode = scene.modes[i];
       const law = scene.about.modes[mode];
-      return { fill: law ? theme.law(law[1]) : theme.edge, hollow: mode === FALLBACK };
+      return { fill: law ? theme.law(law[1]) : theme.edge, hollow: !law || mode === FALLBACK };
     };
   }
   const values = kind === "age" ? scene.ages : scene.speeds;
@@ -52,6 +52,11 @@ export function painter(kind, scene, scale, theme) {
     const at = step(values[i], scale.low, scale.high);
     return { fill: at < 0 ? theme.edge : shade(at), hollow: at < 0 };
   };
+}
+
+// Whether the colour of any vehicle is not known.
+export function hasUnknown(kind, { modes, ages, speeds }) {
+  return { mode: modes, age: ages, speed: speeds }[kind].some((value) => value !== value);
 }
 
 // The frames that show at a time: on their way, heard or lost, with how far they have come. Only a
@@ -63,7 +68,7 @@ export function framesAt(scene, { links, radio: choice, chosen, slow }) {
   const hold = Math.max(period, HOLD) - 1e-6;
   for (let k = cycle - Math.ceil(HOLD / period) - SLOWEST; k <= cycle; k++) {
     for (const row of links.get(k)) {
-      const name = OUTCOMES[row.outcome];
+      const name = NAMES[row.outcome];
       if (!name || row.sent > scene.time + 1e-9) continue;
       if (choice === "sends" && !chosen.includes(row.source)) continue;
       if (choice === "hears" && !chosen.includes(row.destination)) continue;

@@ -51,11 +51,11 @@ export class SpaceTime {
     }
     for (const event of events) {
       g.fillStyle = isBad(event) ? theme.lost : theme.quiet;
-      g.fillRect(x(event.time) - 1, box.top - 0.35 * em, 2, 0.3 * em);
+      g.fillRect(x(event.time) - surface.thin, box.top - 0.35 * em, 2 * surface.thin, 0.3 * em);
     }
-    line(g, x(now), { ...box, top: box.top - 3 }, theme.panel, []);
+    line(g, surface, x(now), { ...box, top: box.top - 3 }, theme.panel, []);
     g.globalAlpha = 0.95;
-    line(g, x(now) + 1, { ...box, top: box.top - 3 }, theme.accent, []);
+    line(g, surface, x(now) + surface.thin, { ...box, top: box.top - 3 }, theme.accent, []);
     g.globalAlpha = 1;
     return {
       timeAt: (px) => ((px - box.left) / (box.right - box.left)) * to,
@@ -118,7 +118,7 @@ export class SpaceTime {
       const p = picture.getContext("2d");
       p.scale(surface.density, surface.density);
       p.translate(-box.left, -box.top);
-      p.lineWidth = 1.5;
+      p.lineWidth = 1.5 * surface.thin;
       const length = this.about.ring;
       const every = Math.ceil(overview.vehicles.length / 60);
       const skip = Math.max(1, Math.floor(times.length / (box.right - box.left)));

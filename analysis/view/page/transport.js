@@ -23,6 +23,7 @@ export class Transport {
       playhead.following = false;
     });
     addEventListener("keydown", (event) => this.#key(event));
+    giveFocusBack();
   }
 
   toggle() {
@@ -84,9 +85,11 @@ export class Transport {
   #key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
     const { target, key } = event;
+    const slides = target.matches?.("input[type=range]");
     const scrubs = target.id === "scrubber";
     if (target.matches?.("select, textarea, input:not([type=range])")) return;
     if (key === " " && target.matches?.("button, a")) return;
+    if (slides && !scrubs && /^(Arrow|Page|Home$|End$)/.test(key)) return;
     const keys = {
       " ": () => this.toggle(),
       ArrowLeft: () => this.#by(event.shiftKey ? -10 : -1),
@@ -112,6 +115,19 @@ export class Transport {
     this.playhead.following = false;
     this.playhead.faster(by);
   }
+}
+
+// Whoever clicks with a mouse wants a key to do afterwards what it did before, so what was clicked does not
+// keep the focus. A control that was reached with the keyboard keeps it.
+function giveFocusBack() {
+  let byMouse = false;
+  addEventListener("pointerdown", () => (byMouse = true), true);
+  addEventListener("keydown", () => (byMouse = false), true);
+  const release = ({ target }) => {
+    if (byMouse && !target.matches?.("input[type=number]")) target.closest?.("button, select, input")?.blur();
+  };
+  addEventListener("click", (event) => event.target.closest?.("button") && release(event));
+  addEventListener("change", release);
 }
 
 // Sets a property only if it changes, which spares the browser work.

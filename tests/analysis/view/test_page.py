@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from pathlib import Path
+from time import monotonic
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from playwright.sync_api import expect
 
 from tests.analysis.view.pages import RING, Open, address_in, picture, ready, seconds, tile
 from tests.conftest import command, wait_until
+from tests.logs import write_log
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.bus import messages_pb2 as pb
 from zenvoy.links.distance import gaps
@@ -159,6 +162,66 @@ def test_every_control_has_a_name_and_a_visible_focus(open_page: Open) -> None:
     assert {"colour", "radio", "upwards", "number", "scrubber", "play", "speed", "theme"} <= seen
 
 
+def test_a_click_leaves_the_keys_as_they_were(open_page: Open) -> None:
+    page = ready(open_page())
+    page.locator("#theme").click()
+    theme = page.evaluate("document.documentElement.dataset.theme")
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_attribute("aria-label", re.compile("Pause"))
+    assert page.evaluate("document.documentElement.dataset.theme") == theme
+    page.locator("#events button", has_text="vehicle 6 fault:").click()
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_attribute("aria-label", re.compile("Play"))
+
+
+def test_a_page_whose_server_ends_says_so_and_asks_it_seldom(
+    open_page: Open, log: Path, tmp_path: Path
+) -> None:
+    """Between two requests that fail is a pause of a second, however often the page draws."""
+    with command(tmp_path, "view", str(log), "--port", "0") as viewer:
+        page = ready(open_page(address_in(viewer)))
+        viewer.send(signal.SIGINT)
+        assert viewer.wait().code == 0
+    asked: list[float] = []
+    page.on("requestfailed", lambda _: asked.append(monotonic()))
+    page.keyboard.press("End")
+    expect(page.locator("#trouble")).to_have_text("zenvoy view has ended; what is loaded stays.")
+    page.wait_for_event("requestfailed")
+    page.wait_for_event("requestfailed")
+    assert len(asked) <= 3 + (asked[-1] - asked[0]) / 0.9
+    page.close()
+
+
+def test_a_frame_has_the_same_line_in_every_legend(open_page: Open) -> None:
+    page = ready(open_page())
+    lines = page.evaluate(
+        """() => ["radio-legend", "channel-legend"].map((legend) => Object.fromEntries(
+            [...document.getElementById(legend).querySelectorAll("svg")].map((svg) =>
+                [svg.classList[1], svg.firstChild.getAttribute("stroke-dasharray")])))"""
+    )
+    assert lines[0].keys() == {"delivered", "late", "lost", "collided"}
+    assert len(set(lines[0].values())) == 4
+    assert {"lost"} <= lines[1].keys()
+    assert {name: lines[0][name] for name in lines[1]} == lines[1]
+
+
+def test_two_directions_between_a_pair_are_two_arcs(open_page: Open) -> None:
+    page = ready(open_page())
+    ahead, behind = page.evaluate("import('./frames.js').then(({ bend }) => [bend(30), bend(-30)])")
+    assert ahead > 1.5 * behind > 0
+
+
+def test_vehicles_without_data_are_in_the_legend(open_page: Open, tmp_path: Path) -> None:
+    deaf = "{duration_s: 2, fleet: {size: 4}, control: {model: BCM}, channel: {loss: {p: 1}}}"
+    log = write_log(tmp_path / "deaf.mcap", deaf)
+    with command(tmp_path, "view", str(log), "--port", "0") as viewer:
+        page = ready(open_page(address_in(viewer)))
+        expect(page.locator("#legend")).not_to_contain_text("no data")
+        page.locator("#colour").select_option("age")
+        expect(page.locator("#legend")).to_contain_text("no data")
+        page.close()
+
+
 def test_two_pages_at_once_have_times_of_their_own(open_page: Open) -> None:
     one, other = ready(open_page()), ready(open_page())
     one.keyboard.press("End")
@@ -189,14 +252,41 @@ def test_a_click_brakes_a_vehicle_of_a_run_in_real_time(open_page: Open, tmp_pat
         page.locator("#lose").fill("60")  # as a drag of the slider does
         expect(page.locator("#loss output")).to_have_text("60 %")
         expect(page.locator("#events")).to_contain_text("loss: 60 % of all frames besides, by hand")
+        second = open_page(f"{address}#{key}")
+        expect(second.locator("#loss output")).to_have_text("60 %")
+        expect(second.locator("#lose")).to_have_value("60")
+        second.locator("#lose").focus()
+        second.keyboard.press("ArrowLeft")
+        expect(page.locator("#loss output")).to_have_text("55 %")
+        second.close()
         page.locator("#kill").click()
         expect(page.locator("#kill")).to_have_text("Kill vehicle 2?")
         page.locator("#kill").click()
         expect(page.locator("#events")).to_contain_text("process lost: vehicle-02")
+        times = [float(text.split()[0]) for text in page.locator("#events time").all_inner_texts()]
+        assert times == sorted(times)
         shown.send_to_group(signal.SIGINT)
         assert shown.wait().code == 130
         page.close()
         onlooker.close()
+
+
+def test_a_log_that_is_cut_is_shown_as_unfinished(
+    open_page: Open, log: Path, tmp_path: Path
+) -> None:
+    cut = tmp_path / "cut.mcap"
+    content = log.read_bytes()
+    cut.write_bytes(content[: 3 * len(content) // 4])
+    os.utime(cut, ns=(0, 0))  # nobody has written to it for long
+    with command(tmp_path, "view", "cut.mcap", "--port", "0") as viewer:
+        page = open_page(address_in(viewer))
+        expect(page.locator("#badge")).to_have_text("unfinished")
+        expect(page.locator("#trouble")).to_contain_text("has no end, and does not grow")
+        expect(page.locator("#live")).to_be_hidden()
+        cut.write_bytes(content)  # it goes on after all
+        ready(page)
+        expect(page.locator("#trouble")).to_be_hidden()
+        page.close()
 
 
 def test_a_page_that_is_closed_harms_no_run(open_page: Open, tmp_path: Path, run: Run) -> None:

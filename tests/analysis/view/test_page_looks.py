@@ -35,6 +35,26 @@ def test_the_page_fits_screens_of_every_size(open_page: Open, width: int, height
     assert page.locator("#charts canvas").count() == 2
 
 
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1366, 650), (1440, 900)])
+@pytest.mark.parametrize("road", ["ring", "open"])
+def test_nothing_is_cut_on_a_low_screen(
+    open_page: Open, width: int, height: int, road: str
+) -> None:
+    page = ready(open_page(width=width, height=height))
+    page.evaluate("isOpen => document.body.classList.toggle('open', isOpen)", road == "open")
+    for name in ("road", "lens", "spacetime", "channel", "events"):
+        outside = page.evaluate(
+            """name => {
+                const part = document.getElementById(name).getBoundingClientRect();
+                const panel = document.getElementById(name).parentElement.getBoundingClientRect();
+                return part.bottom - panel.bottom;
+            }""",
+            name,
+        )
+        assert outside <= 0, name
+    assert page.locator("#events").evaluate("one => one.clientHeight") > 80  # four rows
+
+
 def luminance(colour: str) -> float:
     parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     linear = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import os
 import re
 import signal
 import socket
@@ -13,11 +14,13 @@ from urllib.parse import urlsplit
 
 import psutil
 import pytest
+from mcap.writer import MCAP0_MAGIC
 
 from tests.analysis.view.pages import address_in
 from tests.conftest import command, wait_until
 from tests.logs import write_log
 from zenvoy.analysis.log.load import load
+from zenvoy.analysis.log.records import CUT_EARLY
 from zenvoy.cli.app import app
 from zenvoy.cli.usage import outcome
 
@@ -71,6 +74,9 @@ def test_a_page_is_served_on_loopback_until_ctrl_c(tmp_path: Path, log: Path) ->
     [
         (["missing.mcap"], "missing.mcap: No such file or directory"),
         (["text.mcap"], "text.mcap: not an MCAP file"),
+        (["empty.mcap"], f"empty.mcap: {CUT_EARLY}"),
+        (["head.mcap"], f"head.mcap: {CUT_EARLY}"),
+        (["head.mcap", "--foxglove"], f"head.mcap: {CUT_EARLY}"),
         (["--port", "70000", "text.mcap"], "--port 70000: is not at most 65535"),
     ],
 )
@@ -83,6 +89,9 @@ def test_bad_input_is_refused(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "text.mcap").write_text("neither a log nor anything else")
+    for name, content in (("empty.mcap", b""), ("head.mcap", MCAP0_MAGIC)):
+        (tmp_path / name).write_bytes(content)
+        os.utime(tmp_path / name, ns=(0, 0))  # nobody has written to it for long
     assert outcome(app, ["view", *arguments]) == 2
     assert capsys.readouterr() == ("", f"{message}\n")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -184,7 +185,16 @@ def test_a_cut_log_is_shown_as_far_as_it_goes(log: Path, folder: Path) -> None:
     cut.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
     made = watched(cut)
     assert 10 < made.last < CYCLES
-    assert (made.whole, made.state(0)["end"]) == (False, None)
+    state = made.state(0)
+    assert (made.whole, state["end"], state["still"]) == (False, None, False)
+    os.utime(cut, ns=(0, 0))  # nobody has written to it for long
+    made.extend()
+    assert made.state(0)["still"]
+    cut.write_bytes(log.read_bytes())
+    while made.extend():
+        pass
+    state = made.state(0)
+    assert (made.whole, state["end"], state["still"]) == (True, "complete", False)
 
 
 def test_what_is_no_log_is_refused(folder: Path) -> None:
