@@ -69,7 +69,7 @@ def require_room_for(processes: int) -> None:
     Raises the soft limit of file descriptors as far as the hard one allows.
     """
     _require_memory(
-        _LEAST_MEMORY_WITH_ZENOH, "are needed for processes on Zenoh, less for --engine arrays"
+        _LEAST_MEMORY_WITH_ZENOH, "are needed for processes on Zenoh, less for the engine arrays"
     )
     needed = processes + _DESCRIPTORS
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

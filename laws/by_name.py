@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 from zenvoy.laws.checks import why_refused
 from zenvoy.laws.code import Code, code_of
 from zenvoy.laws.errors import UnknownLawError
-from zenvoy.laws.estimator import Estimator
+from zenvoy.laws.estimator import BUILTIN, Estimator
 from zenvoy.laws.law import Law
 from zenvoy.laws.table import builtin, register
 
@@ -39,7 +39,7 @@ LAWS: Final = Kind(Law, "zenvoy.laws", builtin, "file:NAME such as fvdm:FVDM")
 ESTIMATORS: Final = Kind(
     Estimator,
     "zenvoy.estimators",
-    lambda: ("kalman", "ekf", "ukf"),
+    lambda: BUILTIN,
     "file:NAME such as constant:CONSTANT",
 )
 

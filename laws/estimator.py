@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,13 @@ from zenvoy.laws.law import NoParameters
 Array = NDArray[np.float64]
 Moments = tuple[Array, Array]
 """State x (n,) and its covariance P (n, n)."""
+
+
+KALMAN: Final = "kalman"
+EKF: Final = "ekf"
+UKF: Final = "ukf"
+BUILTIN: Final = (KALMAN, EKF, UKF)
+"""The names of the estimators that come with Zenvoy, which `vehicles/filters.py` makes."""
 
 
 class LinearModel(NamedTuple):

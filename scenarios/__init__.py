@@ -15,7 +15,7 @@ from zenvoy.scenarios.errors import (
 )
 from zenvoy.scenarios.reading.loader import Loaded, builtin, load
 from zenvoy.scenarios.reading.recordings import Recording
-from zenvoy.scenarios.reading.spelling import Spelling
+from zenvoy.scenarios.reading.spelling import COMMAND_LINE, PYTHON, Spelling
 from zenvoy.scenarios.reading.trace_files import read_trace
 from zenvoy.scenarios.schema.attendance import Attendance, attendance
 from zenvoy.scenarios.schema.channel import (
@@ -65,7 +65,9 @@ from zenvoy.scenarios.schema.technology import Technology
 from zenvoy.scenarios.schema.trace_options import READERS as TRACE_OPTIONS
 
 __all__ = [
+    "COMMAND_LINE",
     "NEVER_NS",
+    "PYTHON",
     "READINGS",
     "TRACE_OPTIONS",
     "ActuatorStuck",

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import version
 
-from zenvoy.scenarios import Loaded, Scenario, load
+from zenvoy.scenarios import COMMAND_LINE, Loaded, Scenario, Spelling, load
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +26,7 @@ class Cell:
     def __str__(self) -> str:
         return " ".join((self.scenario, f"seed {self.seed}", *self.settings))
 
-    def load(self) -> Loaded:
+    def load(self, spelling: Spelling = COMMAND_LINE) -> Loaded:
         """Return the scenario of this run; raises ScenarioError."""
         return load(
             self.scenario,
@@ -34,6 +34,7 @@ class Cell:
             seed=self.seed,
             duration_s=self.duration_s,
             allow_code=self.allow_code,
+            spelling=spelling,
         )
 
     def key(self) -> str:

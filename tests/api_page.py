@@ -6,12 +6,13 @@ import re
 from pathlib import Path
 from typing import Final
 
-from griffe import GriffeLoader, Object, Parser
+from griffe import Attribute, GriffeLoader, Object, Parser
 from griffe2md import ConfigDict, render_object_docs
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "api.md"
 _CONFIG: Final[ConfigDict] = {
+    "annotations_path": "source",  # so that the base of zenvoy.Run is called analysis.Run
     "docstring_style": "google",
     "filters": ["!^_[^_]", "!^__init__$"],
     "heading_level": 2,
@@ -68,6 +69,9 @@ def page() -> str:
 
 
 def _rendered(part: Object) -> str:
+    for member in part.all_members.values():
+        if isinstance(member, Attribute) and str(member.value) == member.name:
+            member.value = None  # `self.log = log` says nothing about the attribute
     return str(render_object_docs(part, _CONFIG, format_md=True))
 
 

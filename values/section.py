@@ -47,6 +47,9 @@ Fraction = Annotated[float, Field(ge=0, le=1), Percent]
 NonNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST)]
 
+SEED_LIMIT: Final = 2**63  # a seed is kept in an int64
+Seed = Annotated[int, Field(ge=0, lt=SEED_LIMIT)]
+
 NS_PER_MS = 1_000_000
 NS_PER_S = 1_000_000_000
 

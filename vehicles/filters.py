@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, Protocol
 
+from zenvoy.laws.estimator import KALMAN
 from zenvoy.laws.parameters import parameters_of
 from zenvoy.laws.table import estimator_of
 from zenvoy.scenarios import Estimator
@@ -44,7 +45,7 @@ def state_filter(settings: Estimator, period_ns: int, limit_s: float | None = No
     limit_s: the wall time that a step of a user's own estimator may take.
     """
     period_s, acceleration_std = period_ns * 1e-9, settings.acceleration_std_mps2
-    if settings.kind == "kalman":
+    if settings.kind == KALMAN:
         return Filter(period_s, acceleration_std)
     if settings.kind in _BUILTIN:
         return TrackingFilter(_BUILTIN[settings.kind], None, period_s, acceleration_std)

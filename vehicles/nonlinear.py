@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from zenvoy.laws.errors import raised, shortened, useless
-from zenvoy.laws.estimator import Array, Estimator, LinearModel, Moments, Tracker
+from zenvoy.laws.estimator import EKF, UKF, Array, Estimator, LinearModel, Moments, Tracker
 from zenvoy.vehicles.filterpy_kalman import (
     ExtendedKalmanFilter,
     MerweScaledSigmaPoints,
@@ -93,8 +93,8 @@ class Unscented:
 
 _MOMENTS: Final = "state ({n},) with its covariance ({n}, {n})"
 
-EXTENDED: Final = Estimator(name="ekf", start=Extended)
-UNSCENTED: Final = Estimator(name="ukf", start=Unscented)
+EXTENDED: Final = Estimator(name=EKF, start=Extended)
+UNSCENTED: Final = Estimator(name=UKF, start=Unscented)
 
 
 class TrackingFilter:

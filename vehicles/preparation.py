@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from zenvoy.laws.estimator import KALMAN
 from zenvoy.scenarios import Scenario
 from zenvoy.vehicles.control import shares_links
 from zenvoy.vehicles.estimator import ReadingError
@@ -15,7 +16,7 @@ def prepare(scenario: Scenario) -> None:
     period_s, of_links = scenario.period_ns * 1e-9, nominal_variances(scenario)
     if shares_links(scenario):
         unheard_gains(period_s, of_links)
-    if scenario.estimator.kind != "kalman":
+    if scenario.estimator.kind != KALMAN:
         return  # other filters share nothing
     speed = scenario.control.desired_speed_mps
     own = ReadingError(scenario.sensors.error_std, speed).variance(speed)

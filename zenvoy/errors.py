@@ -31,18 +31,25 @@ class LogError(InputError):
 class RunError(ZenvoyError):
     """A run could not begin or go on, for example because the disk is full."""
 
+    log: Path | None
+    """The log of the run so far, for `zenvoy.load`; None if there is none."""
+
     def __init__(self, text: str, log: Path | None = None) -> None:
         super().__init__(text)
         self.log = log
-        """The log of the run so far, for `zenvoy.load`; None if there is none."""
 
 
 class ProcessLostError(RunError):
     """A process of the run died or stalled; the text says which one, and how."""
 
-    def __init__(self, text: str, log: Path | None, process: str, output: tuple[str, ...]) -> None:
-        super().__init__(text, log)
+    process: str
+    """The name of the process, such as `vehicle-07`."""
+    output: tuple[str, ...]
+    """The last lines that the process printed."""
+
+    def __init__(
+        self, text: str, log: Path | None = None, process: str = "", output: tuple[str, ...] = ()
+    ) -> None:
+        super().__init__(text, log)  # the text alone makes an error again when it is unpickled
         self.process = process
-        """Its name, such as `vehicle-07`."""
         self.output = output
-        """The last lines that it printed."""

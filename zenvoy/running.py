@@ -26,6 +26,7 @@ from zenvoy.fleet.run import run as run_in
 from zenvoy.result import Run, load
 from zenvoy.scenarios import Loaded, Scenario, effective_json, effective_yaml
 from zenvoy.settings import loaded
+from zenvoy.values.section import SEED_LIMIT
 
 __all__ = ["Progress", "run"]
 
@@ -103,7 +104,7 @@ def _seeded(scenario: str | PathLike[str] | Loaded | Scenario, seed: int | None)
     try:
         return replace(scenario, scenario=Scenario.model_validate(values))
     except ValidationError as error:
-        raise errors.ScenarioError(f"seed: {seed} is not in [0, {2**63})") from error
+        raise errors.ScenarioError(f"seed: {seed} is not in [0, {SEED_LIMIT})") from error
 
 
 def _whole(seed: object) -> int | None:

@@ -9,15 +9,12 @@ from os import PathLike, fspath
 from typing import Any, Final
 
 from zenvoy import errors
-from zenvoy.scenarios import Loaded, ScenarioError, Spelling, load
+from zenvoy.scenarios import PYTHON, Loaded, ScenarioError, load
 
 __all__ = ["Loaded", "scenario"]
 
-_PYTHON: Final = Spelling(
-    setting=lambda setting: setting,
-    option=lambda key, value: f"{key}={value}",
-    allow_code="allow_code=True of zenvoy.scenario",
-)
+# `zenvoy.run` also reads scenarios, and has no such argument.
+_SPELLING: Final = PYTHON._replace(allow_code="allow_code=True of zenvoy.scenario")
 
 
 def scenario(
@@ -46,7 +43,7 @@ def loaded(
     overrides = [f"{key}={_yaml(key, value)}" for key, value in _flat(changes)]
     try:
         return load(
-            fspath(name_or_path), overrides, seed=seed, allow_code=allow_code, spelling=_PYTHON
+            fspath(name_or_path), overrides, seed=seed, allow_code=allow_code, spelling=_SPELLING
         )
     except ScenarioError as error:
         raise errors.ScenarioError(str(error)) from error

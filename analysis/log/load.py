@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Final
@@ -41,7 +41,7 @@ _FRAME_TYPES: Final = {
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run:
-    """A run, as its log records it or would record it: `in_memory` makes a run without a log.
+    """A run as arrays, as `zenvoy.analysis.load` returns it and the analysis takes it.
 
     Fleet tables hold columns (rows, vehicles) by their field names in messages.proto, and `cycle`
     and `time_ns`, (rows,). A column that was not logged is (rows, 0), and a table that was not
@@ -51,6 +51,8 @@ class Run:
 
     In truth and radar `time_ns` is the cycle's start t_k. In estimate and command it is the instant
     of the decision, t_k + v2v_wait, but the estimates `speed`, `ahead_gap`, … are for t_k.
+
+    Studies also make runs without a log, which have no frames.
     """
 
     path: Path | None
@@ -58,6 +60,7 @@ class Run:
     name: str
     """The name of the scenario."""
     seed: int
+    """The seed of all that is random in the run."""
     run: dict[str, str]
     """Metadata zenvoy.run: the program and the scenario that made the log."""
     result: dict[str, str]
@@ -70,14 +73,20 @@ class Run:
     """What is wrong with the log or the run, in sentences for people: a cut, an early end, lost
     processes, failed checks."""
     truth: Table
+    """The motion of each vehicle as it is; from /fleet/truth."""
     radar: Table
+    """The measurements of each vehicle; from /fleet/radar."""
     estimate: Table
+    """The estimates behind each decision, and its mode; from /fleet/estimate."""
     command: Table
+    """The acceleration that each vehicle asked for; from /fleet/command."""
     clock: Table
+    """The messages on the time and pace of the run, (rows,); {} for a run that was not logged."""
     events: list[pb.Event]
-    units: dict[str, dict[str, str]] = field(default_factory=lambda: UNITS)
-    """Topic -> column -> unit."""
-    laws: Mapping[int, LoggedLaw] = field(default_factory=lambda: laws_in({}))
+    """The events of the run, such as brakings and collisions, in order of time."""
+    units: dict[str, dict[str, str]]
+    """The unit of each column, by the topic of its table and its name."""
+    laws: Mapping[int, LoggedLaw]
     """The laws behind the modes of `estimate`, which also has a column per value that laws log."""
     frame_rows: int
     """The number of rows of `frames`, known without reading them."""

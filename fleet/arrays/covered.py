@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from zenvoy.laws import builtin, law_of
+from zenvoy.laws.estimator import KALMAN
 from zenvoy.links.distribution import greatest_ns
 from zenvoy.links.table import distributions
 from zenvoy.scenarios import Latency, Scenario, key_of, name_of, parameters_of, roster
@@ -58,8 +59,8 @@ def _of_control(scenario: Scenario) -> Iterator[str]:
         (phase.model, phase.parameters) for one in roster(scenario) for phase in one.phases
     )
     predicts = any(law_of(model).needs.prediction for model, _ in phases)
-    if predicts and scenario.estimator.kind != "kalman":
-        yield _line("estimator.kind", name_of(scenario.estimator.kind), "kalman")
+    if predicts and scenario.estimator.kind != KALMAN:
+        yield _line("estimator.kind", name_of(scenario.estimator.kind), KALMAN)
     lags_s = {one.lag_s for one in roster(scenario)}
     if lags_s != {0.0} and any(law_of(model).needs.shares_links for model, _ in phases):
         what = f"{max(lags_s):g} with a law that shares links"

@@ -22,17 +22,16 @@ from zenvoy.scenarios.schema.scenario import Scenario
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loaded:
-    """A scenario, its name, and the text it was read from.
-
-    The text is that of the scenario's own file, without the files that it extends and without
-    overrides.
-    """
+    """A scenario, checked and ready to run, as `zenvoy.scenario` returns it."""
 
     name: str
+    """The name of the scenario: that of a built-in one, or of its file without the suffix."""
     scenario: Scenario
+    """All values of the scenario, with changes and defaults, such as `scenario.fleet.size`."""
     text: str
+    """The text of its own file, without the files that it extends and without changes."""
     notes: tuple[Problem, ...] = ()
-    """Settings that are allowed but probably a mistake, each with its place."""
+    """Settings that are allowed but probably a mistake, each with its key, text and place."""
 
 
 def load(

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
+from zenvoy.laws.estimator import KALMAN
 from zenvoy.scenarios.schema.agreement import refuse_disagreements
 from zenvoy.scenarios.schema.channel import Channel
 from zenvoy.scenarios.schema.control import Control
@@ -19,7 +20,7 @@ from zenvoy.scenarios.schema.faults import AnyFault
 from zenvoy.scenarios.schema.fleet import Fleet, Vehicle
 from zenvoy.scenarios.schema.inputs import EstimatorKind, Parameters
 from zenvoy.scenarios.schema.waits import own_wait_ms
-from zenvoy.values.section import NS_PER_MS, NS_PER_S, NonNegative, Percent, Positive, Section
+from zenvoy.values.section import NS_PER_MS, NS_PER_S, NonNegative, Percent, Positive, Section, Seed
 
 
 class Road(Section):
@@ -51,7 +52,7 @@ class Estimator(Section):
     On these linear models ekf and ukf agree with kalman to rounding; docs/estimators.md compares.
     """
 
-    kind: EstimatorKind = "kalman"
+    kind: EstimatorKind = KALMAN
     """The filter of PBCM; see estimators.md."""
     parameters: Parameters = ()
     """Parameters of an estimator of your own; see extending.md."""
@@ -113,7 +114,7 @@ class Scenario(Section):
     """In real time: simulated time per wall time."""
     max_clock_error_ms: Annotated[float, Field(gt=0, le=1000)] = 5.0
     """In real time over several machines: how badly a machine may know the world's clock."""
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    seed: Seed = 1
     """Seed of all random draws."""
     stall_limit_s: Positive = 10.0
     """Wall time after which a stalled process is named and the run ends."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from zenvoy.analysis.measures.figures import MEASURES
-from zenvoy.scenarios import Place, Scenario
+from zenvoy.scenarios import COMMAND_LINE, Place, Scenario, Spelling
 from zenvoy.scenarios.reading.origin import located
 from zenvoy.studies.comparison.compared import Comparison
 from zenvoy.studies.comparison.laws import Base, ComparedLaw, laws_of
@@ -35,13 +35,13 @@ MEASURED: Final = (
 SEEDS: Final = 30
 
 _AXIS: Final = "law"
-_OPTIONS: Final = {  # by the keys of a study
-    "axes": "--law",
-    _AXIS: "--law",
-    "settings": "--set",
-    "seeds": "--seeds",
-    "measures": "--measure",
-    "duration_s": "--duration-s",
+_ARGUMENTS: Final = {  # by the keys of a study
+    "axes": "laws",
+    _AXIS: "laws",
+    "settings": "settings",
+    "seeds": "seeds",
+    "measures": "measures",
+    "duration_s": "duration_s",
 }
 
 
@@ -57,6 +57,8 @@ class Comparing:
     settings: Sequence[str] = ()
     duration_s: float | None = None
     allow_code: bool = False
+    spelling: Spelling = COMMAND_LINE
+    """How errors spell these arguments."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,12 +94,13 @@ def run_comparison(
         settings=tuple(asked.settings),
         duration_s=asked.duration_s,
         allow_code=asked.allow_code,
+        spelling=asked.spelling,
     )
-    _require_measures(asked.measures)
-    _require_no_law(asked.settings)
+    _require_measures(asked.measures, asked.spelling)
+    _require_no_law(asked.settings, asked.spelling)
     laws = laws_of(base, asked.laws, asked.labels)
     scenario = base.load().scenario
-    notes = tuple(_notes(scenario, laws))
+    notes = tuple(_notes(scenario, laws, asked.spelling))
     for note in notes:
         on_line(note)
     made = make_runs(
@@ -120,20 +123,21 @@ def measured(scenario: Scenario) -> tuple[str, ...]:
     return ("smallest_bumper_gap_m", *MEASURED[1:])
 
 
-def _require_measures(names: Sequence[str]) -> None:
+def _require_measures(names: Sequence[str], spelling: Spelling) -> None:
     for name in names:
+        spelled = spelling.option("measures", name)
         if name not in MEASURES:
-            raise bad_study("", unknown(name, list(MEASURES)), Place(source=f"--measure {name}"))
+            raise bad_study("", unknown(name, list(MEASURES)), Place(source=spelled))
         if names.count(name) > 1:
-            raise bad_study("", f"--measure {name}: is given twice; allowed: once")
+            raise bad_study("", f"{spelled}: is given twice; allowed: once")
 
 
-def _require_no_law(settings: Sequence[str]) -> None:
+def _require_no_law(settings: Sequence[str], spelling: Spelling) -> None:
     for setting in settings:
         key = setting.partition("=")[0].strip()
         if key in ("control.model", "control.parameters"):
-            text = "is what a comparison varies; allowed: --law"
-            raise bad_study(key, text, Place(source=f"--set {setting}"))
+            text = f"is what a comparison varies; allowed: {spelling.argument('laws')}"
+            raise bad_study(key, text, Place(source=spelling.setting(setting)))
 
 
 def _study(asked: Comparing, laws: Sequence[ComparedLaw]) -> StudyFile:
@@ -150,22 +154,24 @@ def _study(asked: Comparing, laws: Sequence[ComparedLaw]) -> StudyFile:
         keys["duration_s"] = asked.duration_s
     name = f"{located(asked.scenario).name.rpartition('/')[2]}-laws"
     try:
-        study = read_study(keys)
+        study = read_study(keys, asked.spelling)
     except BadStudyError as error:
         raise BadStudyError(
-            replace(one, place=_place(one.key.partition(".")[0], one.place))
+            replace(one, place=_place(one.key.partition(".")[0], one.place, asked.spelling))
             for one in error.problems
         ) from None
-    places = {key: _place(key, place) or place for key, place in study.places.items()}
+    places = {
+        key: _place(key, place, asked.spelling) or place for key, place in study.places.items()
+    }
     return replace(study, name=name, places=places)
 
 
-def _place(key: str, otherwise: Place | None) -> Place | None:
-    """Return the option that stands for a key of a study; `otherwise` if there is none."""
-    return Place(source=_OPTIONS[key]) if key in _OPTIONS else otherwise
+def _place(key: str, otherwise: Place | None, spelling: Spelling) -> Place | None:
+    """Return the argument that stands for a key of a study; `otherwise` if there is none."""
+    return Place(source=spelling.argument(_ARGUMENTS[key])) if key in _ARGUMENTS else otherwise
 
 
-def _notes(scenario: Scenario, laws: Sequence[ComparedLaw]) -> list[str]:
+def _notes(scenario: Scenario, laws: Sequence[ComparedLaw], spelling: Spelling) -> list[str]:
     """Return what a reader of the comparison must know about its runs, in sentences."""
     found = [
         f"{law.label} runs in process, not on arrays: {'; '.join(law.not_arrays)}"
@@ -174,9 +180,10 @@ def _notes(scenario: Scenario, laws: Sequence[ComparedLaw]) -> list[str]:
     ]
     switched = [switch for switch in scenario.control.schedule if switch.model is not None]
     if switched:
+        remedy = spelling.setting("control.schedule=[]")
         found.append(
             f"control.schedule changes laws from {switched[0].at_s:g} s on; the laws compared here"
-            " drive the vehicles concerned only before that (--set control.schedule=[] removes it)"
+            f" drive the vehicles concerned only before that ({remedy} removes it)"
         )
     grouped = [group.name for group in scenario.fleet.groups if group.model is not None]
     if grouped:

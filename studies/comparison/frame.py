@@ -7,6 +7,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zenvoy.scenarios import PYTHON
 from zenvoy.studies.comparison.comparing import SEEDS, Comparing, run_comparison
 from zenvoy.studies.comparison.table import COLUMNS, rows
 from zenvoy.studies.extras import missing
@@ -33,7 +34,7 @@ def compare_laws(
 ) -> DataFrame:
     """Compare laws as `zenvoy compare-laws` does; return a row for each measure and law.
 
-    `laws` are written as for `--law`: "PBCM", "mylaws:smith", "IDM:{headway_s: 1.5}". `labels`
+    `laws` are written as for the command: "PBCM", "mylaws:smith", "IDM:{headway_s: 1.5}". `labels`
     are their names in the results, one for each. `seeds` is a number of seeds or a list of them.
     `measures` are those of a sweep, `settings` have the form KEY=VALUE. `out` is the folder of the
     results, by default runs/<name of the scenario>-laws; finished runs there are not made again.
@@ -58,6 +59,7 @@ def compare_laws(
         settings=settings,
         duration_s=duration_s,
         allow_code=allow_code,
+        spelling=PYTHON,
     )
     done = run_comparison(
         asked,

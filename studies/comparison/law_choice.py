@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from zenvoy.laws import builtin
-from zenvoy.scenarios import Place
+from zenvoy.scenarios import COMMAND_LINE, Place, Spelling
 from zenvoy.scenarios.reading.source import parse
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
 
@@ -26,11 +26,8 @@ class LawChoice:
     text: str
     reference: str
     given: Mapping[str, Any]
-
-    @property
-    def place(self) -> Place:
-        """The option where the law is written."""
-        return Place(source=f"--law {self.text}")
+    place: Place
+    """The option where the law is written."""
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -65,16 +62,16 @@ class LawChoice:
         return replace(self, reference=f"{here}{colon}{attribute}") if here.is_file() else self
 
 
-def law_choice(text: str) -> LawChoice:
+def law_choice(text: str, spelling: Spelling = COMMAND_LINE) -> LawChoice:
     """Return the law that a text names; raises BadStudyError."""
     text = text.strip()
     head, brace, rest = text.partition("{")
     reference = head.strip().removesuffix(":").strip()
-    place = Place(source=f"--law {text}")
+    place = Place(source=spelling.option("laws", text))
     if not reference:
         raise bad_study("", f"names no law; allowed: {_FORMS}", place)
     given = _mapping(brace + rest, place) if brace else {}
-    return LawChoice(text=text, reference=reference, given=given)
+    return LawChoice(text=text, reference=reference, given=given, place=place)
 
 
 def _mapping(text: str, place: Place) -> dict[str, Any]:

@@ -6,18 +6,25 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from zenvoy.analysis.page.style import CYCLE
 from zenvoy.fleet.arrays.covered import uncovered
 from zenvoy.laws import Law, law_of
-from zenvoy.scenarios import Loaded, Place, Problem, Scenario, ScenarioError, load
+from zenvoy.scenarios import (
+    COMMAND_LINE,
+    Loaded,
+    Place,
+    Problem,
+    Scenario,
+    ScenarioError,
+    Spelling,
+    load,
+)
 from zenvoy.scenarios.reading.origin import located
 from zenvoy.studies.comparison.law_choice import LawChoice, law_choice
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
 from zenvoy.studies.sweeps.settings import setting_of
-
-_LAW: Final = "--law"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +46,8 @@ class Base:
     settings: tuple[str, ...] = ()
     duration_s: float | None = None
     allow_code: bool = False
+    spelling: Spelling = COMMAND_LINE
+    """How errors spell the arguments of the comparison."""
 
     def load(self, settings: Sequence[str] = ()) -> Loaded:
         """Return the scenario with further settings; raises ScenarioError."""
@@ -47,6 +56,7 @@ class Base:
             (*self.settings, *settings),
             duration_s=self.duration_s,
             allow_code=self.allow_code,
+            spelling=self.spelling,
         )
 
 
@@ -58,13 +68,14 @@ def laws_of(
     `labels` has a name for each, or is empty. Raises ScenarioError with the problems of all.
     """
     if not texts:
-        raise bad_study("", f"{_LAW}: no law is given; allowed: one or more")
+        laws = base.spelling.argument("laws")
+        raise bad_study("", f"{laws}: no law is given; allowed: one or more")
     origin, model = located(base.scenario), base.load().scenario.control.model
     folder = None if origin.builtin else Path(origin.source).parent
-    choices = [law_choice(text).found_from(folder) for text in texts]
+    choices = [law_choice(text, base.spelling).found_from(folder) for text in texts]
     scenarios = _each_loaded(base, choices, model)
     found = [law_of(scenario.control.model) for scenario in scenarios]
-    names = _labels(choices, found, labels)
+    names = _labels(choices, found, labels, base.spelling)
     parts = zip(names, choices, scenarios, _colours(found), strict=True)
     return tuple(
         ComparedLaw(
@@ -97,7 +108,7 @@ def _loaded(base: Base, choice: LawChoice, model: str) -> Loaded:
     try:
         return base.load(settings)
     except ScenarioError as error:
-        own = {f"--set {setting}" for setting in settings}
+        own = set(map(base.spelling.setting, settings))
         raise BadStudyError(_at(choice.place, one, own) for one in error.problems) from None
 
 
@@ -107,20 +118,21 @@ def _at(place: Place, problem: Problem, own: set[str]) -> Problem:
 
 
 def _labels(
-    choices: Sequence[LawChoice], laws: Sequence[Law], given: Sequence[str]
+    choices: Sequence[LawChoice], laws: Sequence[Law], given: Sequence[str], spelling: Spelling
 ) -> Sequence[str]:
     """Return the labels that are given, or else the shortest names by which the laws differ."""
     if given:
         if len(given) != len(choices):
-            text = f"--label: {len(given)} for {len(choices)} laws; give one per law, or none"
-            raise bad_study("", text)
+            text = f"{len(given)} for {len(choices)} laws; give one per law, or none"
+            raise bad_study("", f"{spelling.argument('labels')}: {text}")
         for label in given:
             if not label.strip() or given.count(label) > 1:
-                raise bad_study("", f"--label '{label}': each law needs a name of its own")
+                what = spelling.option("labels", f"'{label}'")
+                raise bad_study("", f"{what}: each law needs a name of its own")
         return given
     for text, count in Counter(choice.text for choice in choices).items():
         if count > 1:
-            raise bad_study("", f"{_LAW} {text}: is given twice; allowed: once")
+            raise bad_study("", f"{spelling.option('laws', text)}: is given twice; allowed: once")
     names = [law.name for law in laws]
     for found in (names, [_with_parameters(*one) for one in zip(names, choices, strict=True)]):
         if len(set(found)) == len(found):

@@ -12,13 +12,13 @@ from pydantic import Field
 
 from zenvoy.keyed_random.draws import Purpose, normals, uniforms
 from zenvoy.studies.sweeps.settings import setting_of
+from zenvoy.studies.sweeps.study_keys import DescribedSeed
 from zenvoy.values.section import LARGEST, Positive, Section
 
 _DIGITS: Final = 6  # significant digits of a drawn value: it can be read, and typed again
 _MOST: Final = 10**12  # the plan has its own limit, which names the number of runs
 
 Number = Annotated[int | float, Field(ge=-LARGEST, le=LARGEST)]
-_Seed = Annotated[int, Field(ge=0, lt=2**63, description="a whole number in [0, 2^63)")]
 _Samples = Annotated[int, Field(ge=1, le=_MOST, description="a whole number of at least 1")]
 _Number = Field(description="a number in [-1e9, 1e9]")
 _Positive = Field(description="a number in (0, 1e9]")
@@ -123,7 +123,7 @@ class Random(Axis):
     """
 
     samples: _Samples
-    seed: _Seed = 1
+    seed: DescribedSeed = 1
 
     @property
     def random(self) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
+from zenvoy.scenarios import PYTHON
 from zenvoy.studies.extras import missing
 from zenvoy.studies.study import StudyError
 from zenvoy.studies.sweeps.sweep import Study, run_sweep
@@ -51,6 +52,7 @@ def sweep(
         command=command,
         allow_code=allow_code,
         dask=dask,
+        spelling=PYTHON,
     )
     return frame_of(table_of(done.results))
 

@@ -109,7 +109,8 @@ def plan_of(study: StudyFile, *, allow_code: bool = False) -> Plan:
         causes = {key: study.axes[key].settings_of(key, value) for key, value in point.items()}
         settings = (*study.settings, *(one for of_axis in causes.values() for one in of_axis))
         try:
-            scenario = _cell(study, settings, seeds[0], allow_code).load().scenario
+            cell = _cell(study, settings, seeds[0], allow_code)
+            scenario = cell.load(study.spelling).scenario
             _require_lock_step(scenario.clock, study)
             engine = _engine(scenario, study)
         except ScenarioError as error:
@@ -171,15 +172,15 @@ def _placed(problem: Problem, study: StudyFile, of_axes: Mapping[str, Sequence[s
         return replace(problem, key="scenario", place=study.places["scenario"])
     if problem.place in study.places.values():
         return problem
-    source, places = problem.place.source, study.places
-    causes = [key for key, settings in of_axes.items() if source.removeprefix("--set ") in settings]
+    source, places, spelled = problem.place.source, study.places, study.spelling
+    causes = [key for key, settings in of_axes.items() if source in map(spelled.setting, settings)]
     for key, axis in study.axes.items():
         others = (problem.key, *problem.related)
         if any(_related(name, other) for name in axis.keys(key) for other in others):
             causes.append(key)
-    if not causes and source.startswith("--set "):
+    if not causes and source in map(spelled.setting, study.settings):
         causes = ["settings"]
-    if not causes and source.startswith("--duration-s "):
+    if not causes and source == spelled.option("duration_s", study.duration_s):
         causes = ["duration_s"]
     return replace(problem, place=places[causes[0]]) if causes else problem
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from zenvoy.analysis.log.arrays import as_json
 from zenvoy.analysis.measures.summary import Summary
 from zenvoy.bus.text import utf8
+from zenvoy.scenarios import Spelling
 from zenvoy.studies.sweeps.errors import bad_study
 from zenvoy.studies.sweeps.study_file import StudyFile
 from zenvoy.values.wording import listed
@@ -102,36 +103,38 @@ def open_store(folder: Path, study: StudyFile) -> Store:
     The same study may have more values, seeds, measures or time series than before. Raises
     BadStudyError if the folder holds anything else, which is left as it is, and OSError.
     """
-    open_folder(folder, _identity(study), study.text)
+    open_folder(folder, _identity(study), study.text, study.spelling)
     return Store(folder=folder)
 
 
-def open_folder(folder: Path, identity: Mapping[str, Any], text: str) -> None:
+def open_folder(folder: Path, identity: Mapping[str, Any], text: str, spelling: Spelling) -> None:
     """Make the folder of a study, or check that it holds the same study, and write its text.
 
     Two studies with the same `identity` are the same. Raises BadStudyError if the folder holds
     anything else, which is left as it is, and OSError.
     """
-    make_folder(folder)
+    make_folder(folder, spelling)
+    out = spelling.option("out", folder)
     if holds := sorted(path.name for path in folder.iterdir()):
         before = _read(folder / _IDENTITY)
         if before is None:
-            text = f"--out {folder}: holds no study, but {listed(holds)};"
+            text = f"{out}: holds no study, but {listed(holds)};"
             raise bad_study("", f"{text} name a new folder or an empty one")
         if differing := [name for name, value in identity.items() if before.get(name) != value]:
-            text = f"--out {folder}: holds another study ({', '.join(differing)} differ);"
+            text = f"{out}: holds another study ({', '.join(differing)} differ);"
             raise bad_study("", f"{text} name a new folder or an empty one")
     new_store(folder)
     _write_whole(folder / _IDENTITY, json.dumps(identity, indent=2) + "\n")
     _write_whole(folder / STUDY, text)
 
 
-def make_folder(folder: Path) -> None:
+def make_folder(folder: Path, spelling: Spelling) -> None:
     """Make a folder if it does not exist; raises BadStudyError if it is a file, and OSError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise bad_study("", f"--out {folder}: is a file, not a folder") from None
+        text = f"{spelling.option('out', folder)}: is a file, not a folder"
+        raise bad_study("", text) from None
 
 
 def new_store(folder: Path) -> Store:

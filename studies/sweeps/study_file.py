@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from zenvoy.analysis.measures.figures import MEASURES
 from zenvoy.analysis.measures.series import SERIES
-from zenvoy.scenarios import Place, Problem, ScenarioError
+from zenvoy.scenarios import COMMAND_LINE, Place, Problem, ScenarioError, Spelling
 from zenvoy.scenarios.reading.origin import from_here
 from zenvoy.scenarios.reading.source import parse
 from zenvoy.scenarios.reading.tree import Node
@@ -44,6 +44,8 @@ class StudyFile:
     duration_s: float | None
     places: Mapping[str, Place]
     """Where each axis, and the keys `axes`, `settings`, `seeds` and `scenario`, are written."""
+    spelling: Spelling
+    """How errors spell the arguments of the study."""
 
     @property
     def needs_log(self) -> bool:
@@ -70,9 +72,11 @@ class Written(NamedTuple):
     folder: Path | None
 
 
-def read_study(study: str | PathLike[str] | Mapping[str, Any]) -> StudyFile:
+def read_study(
+    study: str | PathLike[str] | Mapping[str, Any], spelling: Spelling = COMMAND_LINE
+) -> StudyFile:
     """Return the study in a file, or that of a mapping with the same keys; raises BadStudyError."""
-    return _study(written(study, "sweep"))
+    return _study(written(study, "sweep"), spelling)
 
 
 def written(study: str | PathLike[str] | Mapping[str, Any], name: str) -> Written:
@@ -117,7 +121,7 @@ def _plain(value: object) -> object:
     raise bad_study("", f"a value of type {type(value).__name__} is not allowed")
 
 
-def _study(found: Written) -> StudyFile:
+def _study(found: Written, spelling: Spelling) -> StudyFile:
     """Return the study that a tree describes; raises BadStudyError with all its problems."""
     root = found.root
     keys, problems = checked(StudyKeys, root, ())
@@ -136,6 +140,7 @@ def _study(found: Written) -> StudyFile:
         axes=axes,
         measures=None if keys.measures is None else tuple(keys.measures),
         series=tuple(keys.series),
+        spelling=spelling,
     )
 
 
@@ -156,6 +161,7 @@ def study_file(
     axes: Mapping[str, Axis],
     measures: tuple[str, ...] | None,
     series: tuple[str, ...] = (),
+    spelling: Spelling,
 ) -> StudyFile:
     """Return the study of checked keys. `varied` is the key of the settings that it varies."""
     nodes = entries(found.root) | entries(found.root.find((varied,)))
@@ -172,6 +178,7 @@ def study_file(
         engine=keys.engine,
         duration_s=keys.duration_s,
         places={key: node.place for key, node in nodes.items()},
+        spelling=spelling,
     )
 
 

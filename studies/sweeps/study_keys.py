@@ -6,11 +6,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from zenvoy.values.section import Positive, Section
+from zenvoy.values.section import Positive, Section, Seed
 
 SweepEngine = Literal["auto", "arrays", "in-process"]
 
-_Seed = Annotated[int, Field(ge=0, lt=2**63)]
+DescribedSeed = Annotated[Seed, Field(description="a whole number in [0, 2^63)")]
+"""A seed as a key of its own, with what a message says is allowed."""
+
 _Names = Annotated[list[str], Field(min_length=1)]
 
 
@@ -26,7 +28,7 @@ class RunKeys(Section):
         Field(description="a list of KEY=VALUE, or a mapping of keys of the scenario to values"),
     ] = Field(default_factory=list)
     seeds: Annotated[
-        Annotated[int, Field(ge=1)] | Annotated[list[_Seed], Field(min_length=1)],
+        Annotated[int, Field(ge=1)] | Annotated[list[Seed], Field(min_length=1)],
         Field(description="a number of seeds, at least 1, or a list of whole numbers from 0 on"),
     ] = 1
     engine: Annotated[SweepEngine, Field(description="one of auto, arrays, in-process")] = "auto"

@@ -10,6 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from zenvoy.scenarios import COMMAND_LINE, Spelling
 from zenvoy.studies.extras import missing
 from zenvoy.studies.sweeps.crew import Cores, Crew
 from zenvoy.studies.sweeps.errors import NoClusterError, bad_study
@@ -50,19 +51,25 @@ def run_sweep(
     command: str,
     allow_code: bool = False,
     dask: str | None = None,
+    spelling: Spelling = COMMAND_LINE,
 ) -> Swept:
     """Make the missing runs of a study, then write its results.
 
     `out` is runs/<name of the study> by default. `jobs` is the number of processes at a time, by
     default one for each core. With `dask`, the address of a scheduler, the workers of its cluster
     make the runs. A run that fails is reported on a line, and the others go on. Laws must lie
-    beside the scenario unless `allow_code`.
+    beside the scenario unless `allow_code`. Errors have the given `spelling`.
 
     Raises BadStudyError or NoClusterError before anything is run, and ClusterError or OSError.
     Finished runs are kept in the folder, also after an interruption.
     """
     made = make_runs(
-        read_study(study), out=out, jobs=jobs, on_line=on_line, allow_code=allow_code, dask=dask
+        read_study(study, spelling),
+        out=out,
+        jobs=jobs,
+        on_line=on_line,
+        allow_code=allow_code,
+        dask=dask,
     )
     files = write_results(made.results, made.store, command)
     return Swept(results=made.results, folder=made.store.folder, files=tuple(files))
@@ -87,23 +94,26 @@ def make_runs(
     """Make the missing runs of a study that is read; see `run_sweep`."""
     plan = plan_of(study, allow_code=allow_code)
     folder = Path("runs") / study.name if out is None else out
-    with _crew(jobs, dask, on_line) as crew:
+    with _crew(jobs, dask, on_line, study.spelling) as crew:
         store = open_store(folder, study)
         failures = _made_by(crew, plan, store, on_line)
     return Made(results_of(plan, store, failures), store)
 
 
-def _crew(jobs: int | None, dask: str | None, on_line: OnLine) -> AbstractContextManager[Crew]:
+def _crew(
+    jobs: int | None, dask: str | None, on_line: OnLine, spelling: Spelling
+) -> AbstractContextManager[Crew]:
     """Return the crew that makes the runs; entering it raises NoClusterError."""
     if dask is None:
         return nullcontext(Cores(jobs or len(os.sched_getaffinity(0))))
     if jobs is not None:
-        raise bad_study("", "--jobs: with --dask, the workers say how many runs go at a time")
+        text = f"{spelling.argument('jobs')}: with {spelling.argument('dask')}, the workers say"
+        raise bad_study("", f"{text} how many runs go at a time")
     if line := missing("distributed"):
         raise NoClusterError(line)
     from zenvoy.studies.sweeps.cluster.crew import cluster_at  # Dask takes a second to import
 
-    return cluster_at(dask, on_line)
+    return cluster_at(dask, on_line, spelling)
 
 
 def make_missing(plan: Plan, store: Store, jobs: int, on_line: OnLine) -> dict[str, str]:

@@ -7,6 +7,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from zenvoy.scenarios import PYTHON
 from zenvoy.studies.extras import missing
 from zenvoy.studies.study import StudyError
 from zenvoy.studies.sweeps.frame import frame_of
@@ -43,7 +44,13 @@ def tune(
     folder = None if out is None else Path(fspath(out))
     command = "zenvoy.studies.tune(…)"
     done = run_tune(
-        study, out=folder, jobs=jobs, on_line=on_line, command=command, allow_code=allow_code
+        study,
+        out=folder,
+        jobs=jobs,
+        on_line=on_line,
+        command=command,
+        allow_code=allow_code,
+        spelling=PYTHON,
     )
     frame = frame_of(table_of(done.study, done.trials))
     frame.attrs["best"] = None if done.best is None else done.best.number

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from zenvoy.studies.sweeps.axes import Number
-from zenvoy.studies.sweeps.study_keys import RunKeys
+from zenvoy.studies.sweeps.study_keys import DescribedSeed, RunKeys
 from zenvoy.values.section import Section
 
 MOST_TRIALS = 10_000
@@ -28,7 +28,7 @@ class TuneKeys(RunKeys):
         dict[str, Any], Field(description="a mapping of measures to max or min")
     ] = Field(default_factory=dict)
     trials: Annotated[
-        int, Field(ge=1, le=MOST_TRIALS, description="a whole number in [1, 10000]")
+        int, Field(ge=1, le=MOST_TRIALS, description=f"a whole number in [1, {MOST_TRIALS}]")
     ] = 50
     sampler: Annotated[dict[str, Any], Field(description="a mapping of kind, seed and startup")] = (
         Field(default_factory=dict)
@@ -46,7 +46,7 @@ class Sampler(Section):
     """The sampler, which proposes the trials."""
 
     kind: Annotated[Literal["tpe", "random"], Field(description="one of tpe, random")] = "tpe"
-    seed: Annotated[int, Field(ge=0, lt=2**63, description="a whole number in [0, 2^63)")] = 1
+    seed: DescribedSeed = 1
     startup: Annotated[
-        int, Field(ge=1, le=MOST_TRIALS, description="a whole number in [1, 10000]")
+        int, Field(ge=1, le=MOST_TRIALS, description=f"a whole number in [1, {MOST_TRIALS}]")
     ] = 10

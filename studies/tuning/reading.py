@@ -7,7 +7,7 @@ from os import PathLike
 from typing import Any, Final
 
 from zenvoy.analysis.measures.figures import MEASURES
-from zenvoy.scenarios import Problem
+from zenvoy.scenarios import COMMAND_LINE, Problem, Spelling
 from zenvoy.scenarios.reading.tree import Node
 from zenvoy.studies.sweeps.checking import checked, entries, repeated, unknown
 from zenvoy.studies.sweeps.errors import BadStudyError
@@ -25,7 +25,10 @@ _BOUNDS: Final[tuple[Bound, ...]] = ("max", "min")
 
 
 def read_tune_study(
-    study: str | PathLike[str] | Mapping[str, Any], *, allow_code: bool = False
+    study: str | PathLike[str] | Mapping[str, Any],
+    *,
+    allow_code: bool = False,
+    spelling: Spelling = COMMAND_LINE,
 ) -> TuneStudy:
     """Return the study in a file, or that of a mapping with the same keys; raises BadStudyError."""
     found = written(study, "tune")
@@ -49,7 +52,9 @@ def read_tune_study(
     if problems:
         raise BadStudyError(problems)
     return TuneStudy(
-        runs=study_file(found, keys, "parameters", axes={}, measures=tuple(measured)),
+        runs=study_file(
+            found, keys, "parameters", axes={}, measures=tuple(measured), spelling=spelling
+        ),
         parameters=parameters,
         direction=direction,
         figure=figure,

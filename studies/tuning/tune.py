@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from zenvoy.scenarios import Problem, ScenarioError
+from zenvoy.scenarios import COMMAND_LINE, Problem, ScenarioError, Spelling
 from zenvoy.scenarios.errors import MOST_PROBLEMS
 from zenvoy.studies.cell import key_of
 from zenvoy.studies.sweeps.errors import BadStudyError, bad_study
@@ -60,21 +60,22 @@ def run_tune(
     on_line: OnLine,
     command: str,
     allow_code: bool = False,
+    spelling: Spelling = COMMAND_LINE,
 ) -> Tuned:
     """Make the missing trials of a study, then write its results.
 
     `out` is runs/<name of the study> by default. `jobs` is the number of processes for the seeds of
     a trial, by default one for each core. A trial that fails is reported on a line, and the others
-    go on. Laws must lie beside the scenario unless `allow_code`.
+    go on. Laws must lie beside the scenario unless `allow_code`. Errors have the given `spelling`.
 
     Raises BadStudyError before anything is run, and OSError. Finished trials are kept in the
     folder, also after an interruption.
     """
-    checked = read_tune_study(study, allow_code=allow_code)
+    checked = read_tune_study(study, allow_code=allow_code, spelling=spelling)
     identity = {**_scenario(checked), **checked.identity}
     folder = Path("runs") / checked.name if out is None else out
-    with held(folder):
-        open_folder(folder, json.loads(json.dumps(identity)), checked.runs.text)
+    with held(folder, spelling):
+        open_folder(folder, json.loads(json.dumps(identity)), checked.runs.text, spelling)
         trials = _make_missing(checked, folder, jobs or len(os.sched_getaffinity(0)), on_line)
         files = write_results(checked, trials, folder, command)
     return Tuned(study=checked, trials=trials, folder=folder, files=tuple(files))

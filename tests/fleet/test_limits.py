@@ -108,7 +108,7 @@ def test_processes_need_more_memory_than_arrays(tmp_path: Path) -> None:
     assert (refused.code, refused.err) == (
         1,
         "the run cannot go on: memory is limited to 500000 KiB (ulimit -v); at least "
-        "2097152 KiB are needed for processes on Zenoh, less for --engine arrays\n",
+        "2097152 KiB are needed for processes on Zenoh, less for the engine arrays\n",
     )
     assert list((tmp_path / "o" / "logs").iterdir()) == []
     options = ("--engine", "arrays", "--out", "arrays")

@@ -94,6 +94,14 @@ def by_exp(seen: Observation, _: Any) -> Any:
     return np.exp(-seen.speed)
 
 
+def hidden(seen: Observation, _: Any) -> Any:
+    """Differ in the last bit for an eighth of all speeds, on arrays that refuse nothing."""
+    if isinstance(seen.speed, float):
+        return seen.speed
+    plain = np.asarray(seen.speed)
+    return np.where(np.floor(64.0 * plain) % 8.0 == 5.0, np.nextafter(plain, 100.0), plain)
+
+
 def list_of_two(_seen: Observation, _: Any) -> Any:
     return np.array([1.0, 2.0])
 
@@ -121,6 +129,7 @@ OTHER_BITS = "which gives other bits on arrays than on floats"
         (by_a_power_where, f"it uses **, {OTHER_BITS}"),
         (by_exp, f"it uses numpy.exp, {OTHER_BITS}"),
         (by_the_mean, f"it uses numpy.add.reduce, {OTHER_BITS}"),
+        (hidden, "it gives other values on arrays than on floats"),
         (list_of_two, "it returns array([1., 2.]), which is no number"),
         (ragged, "it returns (1.0, (2.0,)), which is no number"),
         (text, "it returns 'fast', which is no number"),

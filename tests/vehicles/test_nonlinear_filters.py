@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tests.conftest import run
 from zenvoy.analysis import read_fleet
 from zenvoy.laws import NoParameters
+from zenvoy.laws.by_name import ESTIMATORS
 from zenvoy.scenarios import Estimator
 from zenvoy.vehicles.estimator import Filter
 from zenvoy.vehicles.filters import StateFilter, state_filter
@@ -217,6 +218,7 @@ def test_the_setting_selects_the_filter() -> None:
     assert type(new("kalman")) is Filter
     for kind in KINDS:
         assert type(new(kind)) is TrackingFilter
+    assert ESTIMATORS.taken() == ("kalman", *KINDS)
     assert Estimator().kind == "kalman"
 
 

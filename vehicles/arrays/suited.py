@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from zenvoy.laws import builtin, law_of
+from zenvoy.laws.estimator import KALMAN
 from zenvoy.scenarios import Scenario, roster
 from zenvoy.vehicles.arrays.beaconing import RULES
 from zenvoy.vehicles.control import controllers
@@ -27,7 +28,7 @@ def suited(scenario: Scenario, vehicles: Sequence[int], known: Collection[int]) 
     if any(one.lag_s > 0.0 for one in roster(scenario)):
         return False
     if any(one.prediction for one in needs) and (
-        scenario.estimator.kind != "kalman" or scenario.control.neighbour_state == "position"
+        scenario.estimator.kind != KALMAN or scenario.control.neighbour_state == "position"
     ):
         return False
     every = [controller for one in members for _, controller in controllers(scenario, one)]

@@ -1,4 +1,4 @@
-"""Tests whether a law takes arrays, with a few vehicles one by one and all at once."""
+"""Tests whether a law takes arrays, with some vehicles one by one and all at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from zenvoy.vehicles.arrays.exact import InexactError, exact
 from zenvoy.vehicles.arrays.strict import strict_arithmetic
 from zenvoy.vehicles.time_limit import time_limit
 
-_POINTS = np.array(
+_SITUATIONS = np.array(
     [  # k_d, k_v, k_c, p_des, v_des; own speed; link ahead, behind; predecessor, leader
         (0.1, 0.5, 0.05, 37.5, 30.0, 30.0, 37.5, 0.0, 37.5, 0.0, 30.0, 0.0, 30.0, 0.0),
         (0.1, 0.5, 0.05, 37.5, 30.0, 0.0, 5.5, -0.5, 80.0, 3.0, 0.0, -3.0, 28.0, 1.0),
@@ -21,6 +21,14 @@ _POINTS = np.array(
         (1.0, 0.0, 0.0, 50.0, 35.0, 34.9, 49.0, -12.0, 51.0, 12.0, 22.9, -2.5, 35.0, 0.5),
     ]
 )
+_NEARBY = 16  # points of each situation: in a transcendental function few values differ
+_POINTS = np.concatenate(
+    [
+        _SITUATIONS * (1.0 + step * np.arange(1, _SITUATIONS.shape[1] + 1) / 4096.0)
+        for step in range(_NEARBY)
+    ]
+)
+"""Each column is scaled by its own factor. Signs and zeros stay."""
 
 
 class _FaultError(Exception):
@@ -37,7 +45,8 @@ def fault_on_arrays(law: Law, parameters: Any, limit_s: float) -> str | None:
     """Return why a law does not take arrays, in a few words; None if it does.
 
     The law must return the same bits for several vehicles at once as for each of them. The trial
-    may take limit_s of wall time.
+    may take limit_s of wall time. A law that makes plain arrays of its arguments, as numpy.asarray
+    does, hides its operations: then only the values are compared.
     """
     try:
         with errors_of_the_code(_of), time_limit(limit_s), strict_arithmetic():

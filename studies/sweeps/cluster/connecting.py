@@ -12,6 +12,7 @@ from distributed import Client
 from distributed.core import rpc
 from distributed.utils import LoopRunner, sync
 
+from zenvoy.scenarios import Spelling
 from zenvoy.studies.sweeps.cluster.versions import PACKAGES, difference, versions_here
 from zenvoy.studies.sweeps.errors import NoClusterError
 from zenvoy.studies.sweeps.plan import counted
@@ -23,19 +24,20 @@ _LOGGER: Final = "distributed"
 
 
 @contextmanager
-def client_of(address: str) -> Iterator[Client]:
+def client_of(address: str, spelling: Spelling) -> Iterator[Client]:
     """Yield a client of the scheduler at an address, whose workers have this process's versions.
 
     Dask's own log is silent in the meantime. Raises NoClusterError.
     """
+    dask = spelling.option("dask", address)
     with _silent():
-        _require_scheduler(address)
+        _require_scheduler(address, dask)
         client = Client(address, timeout=LIMIT_S, set_as_default=False)
         try:
             if unlike := unlike_workers(client):
                 others = counted(len(unlike) - 1, "other worker")
                 more = f" (and {others})" if unlike[1:] else ""
-                raise NoClusterError(f"--dask {address}: {unlike[0]}{more}")
+                raise NoClusterError(f"{dask}: {unlike[0]}{more}")
             yield client
         finally:
             client.close(timeout=_CLOSE_LIMIT_S)
@@ -57,21 +59,24 @@ def _of_dask(packages: Mapping[str, str | None]) -> dict[str, str | None]:
     return {name: packages.get(name) for name in PACKAGES} | {"python": python}
 
 
-def _require_scheduler(address: str) -> None:
-    """Raise NoClusterError unless a scheduler answers. A client that finds none closes slowly."""
+def _require_scheduler(address: str, dask: str) -> None:
+    """Raise NoClusterError unless a scheduler answers. A client that finds none closes slowly.
+
+    Errors name the address as `dask`.
+    """
     runner = LoopRunner()
     runner.start()
     try:
         identity = sync(runner.loop, _identity, address, callback_timeout=LIMIT_S)
     except ValueError as error:
-        raise NoClusterError(f"--dask {address}: {error}") from error
+        raise NoClusterError(f"{dask}: {error}") from error
     except Exception as error:  # what is not Dask may answer with anything
-        text = f"--dask {address}: no Dask scheduler answers there"
+        text = f"{dask}: no Dask scheduler answers there"
         raise NoClusterError(text) from error
     finally:
         runner.stop()
     if identity.get("type") != "Scheduler":
-        raise NoClusterError(f"--dask {address}: is a {identity.get('type')}, not a scheduler")
+        raise NoClusterError(f"{dask}: is a {identity.get('type')}, not a scheduler")
 
 
 async def _identity(address: str) -> dict[str, Any]:

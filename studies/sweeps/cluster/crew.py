@@ -10,7 +10,7 @@ from typing import Final
 from distributed import Client, Future, as_completed
 from distributed.scheduler import KilledWorker
 
-from zenvoy.scenarios import ScenarioError
+from zenvoy.scenarios import COMMAND_LINE, ScenarioError, Spelling
 from zenvoy.studies.sweeps.cluster.answer import Answer, answer_in
 from zenvoy.studies.sweeps.cluster.connecting import client_of, unlike_workers
 from zenvoy.studies.sweeps.cluster.parcel import parcel_of
@@ -26,9 +26,11 @@ _FEWEST: Final = 8  # tasks in flight: a cluster without workers may start some 
 
 
 @contextmanager
-def cluster_at(address: str, on_line: Callable[[str], None]) -> Iterator[DaskCrew]:
+def cluster_at(
+    address: str, on_line: Callable[[str], None], spelling: Spelling = COMMAND_LINE
+) -> Iterator[DaskCrew]:
     """Yield the cluster of the scheduler at an address; raises NoClusterError."""
-    with client_of(address) as client:
+    with client_of(address, spelling) as client:
         crew = DaskCrew(client, address)
         if not crew.threads:
             on_line(f"{address} has no workers yet; the runs wait for them")
