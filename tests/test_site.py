@@ -53,6 +53,32 @@ def test_every_command_is_in_the_reference(site: Path) -> None:
         assert f"zenvoy {command}" in page
 
 
+def test_lists_of_commands_have_whole_summaries_and_links(site: Path) -> None:
+    page = (site / "commands.html").read_text()
+    row = r'<li><a href="#([\w-]+)"><code>[\w-]+</code></a>: (.*)</li>'
+    listed: list[tuple[str, str]] = re.findall(row, page)
+    section = r'<h[23] id="(zenvoy-[\w-]+)">.*</h[23]>\n<p>([^<]*)</p>'
+    sections: list[tuple[str, str]] = re.findall(section, page)
+    assert len(listed) > 30
+    assert sorted(listed) == sorted(sections)
+
+
+def test_the_navigation_has_the_titles_of_the_pages(site: Path) -> None:
+    page = (site / "all-pages.html").read_text()
+    link = r'<a href="([^"#:]+)" class="md-nav__link">\s*<span class="md-ellipsis">\s*(.*?)\s*<'
+    entries: list[tuple[str, str]] = re.findall(link, page)
+    assert len(entries) > 40
+    assert [entry for entry in entries if entry[1] != title(site / entry[0])] == []
+    titles = [text for _, text in entries]
+    assert len(set(titles)) == len(titles)
+
+
+def title(page: Path) -> str:
+    found = re.search(r"<h1[^>]*>(.*?)<a class", page.read_text())
+    assert found is not None, page
+    return re.sub("<[^>]*>", "", found[1])
+
+
 def test_diagrams_are_pictures(site: Path) -> None:
     page = (site / "architecture.html").read_text()
     assert page.count('class="diagram"') == 3

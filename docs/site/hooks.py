@@ -1,4 +1,4 @@
-"""What MkDocs adds to docs/: pages from the top folder, the command reference, and diagrams.
+"""What MkDocs adds to docs/: pages from the top folder, and diagrams.
 
 Pages link to each other as files of the repository, so that they work on a code host. Here the
 links to files outside docs/ become links to their pages in the site.
@@ -9,8 +9,6 @@ from __future__ import annotations
 import hashlib
 import posixpath
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Final
 
@@ -40,7 +38,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for path, page in {**PAGES, **FILES}.items():
         text = (ROOT / path).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=text))
-    files.append(File.generated(config, "commands.md", content=commands()))
     return files
 
 
@@ -73,16 +70,3 @@ def _picture(source: str, page: str) -> str:
     path = posixpath.relpath(f"{DIAGRAMS}/{name}", posixpath.dirname(page) or ".")
     words = "sequence of messages" if source.startswith("sequence") else "arrows between parts"
     return f'![Diagram: {words}]({path}){{ class="diagram" }}\n'
-
-
-def commands() -> str:
-    """Return the reference of the command line, made by Typer."""
-    arguments = ["zenvoy.cli.app", "utils", "docs", "--name", "zenvoy", "--title", "Commands"]
-    made = subprocess.run(
-        [sys.executable, "-m", "typer", *arguments],
-        check=True,
-        capture_output=True,
-        encoding="utf-8",
-        cwd=ROOT,
-    )
-    return made.stdout.replace("* `--help`", "* `-h, --help`")
