@@ -14,6 +14,7 @@ from mkdocs.structure.files import File, Files
 ROOT: Final = Path(__file__).parents[2]
 _SECTION: Final = re.compile(r"^##+ `(zenvoy[^`]*)`\n\n(.*?)\n\n", re.MULTILINE | re.DOTALL)
 _ROW: Final = re.compile(r"^\* `([\w-]+)`: .*$", re.MULTILINE)
+_USAGE: Final = re.compile(r"^```console\n\$ (.*)\n```$", re.MULTILINE)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -33,7 +34,8 @@ def commands() -> str:
         cwd=ROOT,
     )
     page = made.stdout.replace("* `--help`", "* `-h, --help`")
-    return _with_whole_summaries(page)
+    # A usage is a pattern and not a command: it has no prompt, and nothing to copy.
+    return _with_whole_summaries(_USAGE.sub(r"``` { .text .no-copy }\n\1\n```", page))
 
 
 def _with_whole_summaries(page: str) -> str:

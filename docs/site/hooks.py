@@ -30,6 +30,7 @@ PAGES: Final = {  # by file in the repository
 FILES: Final = {"bus/messages.proto": "messages.proto", "LICENSE": "LICENSE"}
 _FILE_OF: Final = {page: file for file, page in PAGES.items()}
 _LINK: Final = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)#\s]+)(?=[)#])")
+_NAMED: Final = re.compile(r"^```(\w+) ([\w.-]+)$", re.MULTILINE)
 _DIAGRAM: Final = re.compile(r"```mermaid\n(.*?)```\n", re.DOTALL)
 
 
@@ -42,9 +43,10 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
-    """Point links into the site, and put pictures in place of diagrams."""
+    """Point links into the site, name blocks of code, and put pictures in place of diagrams."""
     here = page.file.src_uri
     markdown = _LINK.sub(lambda link: in_site(link[1], here), markdown)
+    markdown = _NAMED.sub(r'```\1 title="\2"', markdown)
     return _DIAGRAM.sub(lambda source: _picture(source[1], here), markdown)
 
 
