@@ -119,7 +119,7 @@ def _files(evidence: Evidence, command: str, runs: int, more: str) -> dict[str, 
         f"{more}",
     ]
     readme = ["# Reproduction of the paper's evaluation", "", *how, ""]
-    readme += ["`claims.md` compares each claim of the paper with the measurements.", ""]
+    readme += ["[Claims](claims.md) compares each claim of the paper with the measurements.", ""]
     for picture in shown:
         readme += in_markdown(picture)
     readme += [markdown(sheet) for sheet in found if sheet.name != "fingerprints"]

@@ -27,10 +27,9 @@ _CONFIG: Final[ConfigDict] = {
     "signature_crossrefs": False,
     "summary": False,
 }
-_HEAD: Final = """<!-- Made by `make docs` from the docstrings; not to be edited. -->
+_HEAD: Final = """# From Python
 
-# From Python
-
+<!-- Made by `make docs` from the docstrings; not to be edited. -->
 """
 
 

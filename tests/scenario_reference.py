@@ -105,7 +105,7 @@ def _allowed(value: dict[str, Any]) -> str:
     kinds = {"string": "text", "array": "list", "boolean": "true, false", "object": "mapping"}
     choice = ", ".join(value.get("enum", ()))
     if value.get("enum") == list(builtin()):
-        choice = "a law of [laws.md](laws.md)"
+        choice = "a [control law](laws.md)"
     words = (
         choice or value.get("noun") or interval(value).removeprefix("in ") or kinds[value["type"]]
     )

@@ -35,6 +35,17 @@ def test_paths_exist(page: Path) -> None:
     assert [path for path in paths if not any(ROOT.glob(path.rstrip("/")))] == []
 
 
+def test_links_are_named_by_words() -> None:
+    """A reader sees a title, or what is there, and not the name of a page's file."""
+    named = re.compile(r"\[([^\]]*\.md|docs/[^\]]*)\]\(")
+    folders = ("*", "docs/**/*", "examples/**/*", "benchmarks/*")
+    texts = [ROOT / "docs" / "scenario.schema.json", *ROOT.glob("examples/notebooks/*.ipynb")]
+    texts += {path for folder in folders for path in ROOT.glob(f"{folder}.md")}
+    found = {path.name: named.findall(path.read_text()) for path in texts}
+    assert len(found) > 40
+    assert {name: links for name, links in found.items() if links} == {}
+
+
 def test_the_index_has_every_page() -> None:
     linked = set(LINK.findall((ROOT / "docs" / "README.md").read_text()))
     pages = {path.name for path in ROOT.glob("docs/*.md")} - {"README.md"}

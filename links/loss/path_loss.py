@@ -123,7 +123,7 @@ LOSS = LossModel(
     default=None,
     effect=Effect.LOSS_CHANCE,
     start=start,
-    meaning="Loss from received power; `{}`: with the defaults of [channel.md](channel.md).",
+    meaning="Loss from received power; `{}`: with the defaults of [The channel](channel.md).",
     place=2,
     purpose=26,
 )

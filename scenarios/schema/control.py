@@ -44,7 +44,8 @@ class Switch(Section):
     model: Model | None = None
     """The law from then on."""
     parameters: Parameters = ()
-    """Parameters of the law: [laws.md](laws.md), or extending.md for a law of your own."""
+    """Parameters of the law; see [Control laws](laws.md), or [Extending Zenvoy](extending.md) for
+    your own."""
     desired_gap_m: Positive | None = None
     """As control.desired_gap_m, from then on."""
     desired_speed_mps: NonNegative | None = None
@@ -107,7 +108,8 @@ class Control(Section):
     model: Model = "PBCM"
     """The control law, or one of your own: `mylaws:smith`."""
     parameters: Parameters = ()
-    """Parameters of the law: [laws.md](laws.md), or extending.md for a law of your own."""
+    """Parameters of the law; see [Control laws](laws.md), or [Extending Zenvoy](extending.md) for
+    your own."""
     schedule: Annotated[tuple[Switch, ...], Field(strict=False)] = ()  # a list is allowed, too
     """Changes of laws, gaps, speeds and gains, in order of time."""
     gains: Gains = Gains()

@@ -62,7 +62,8 @@ class Group(Section):
     model: Model | None = None
     """Control law; an entry of the schedule without vehicles does not change it."""
     parameters: Parameters = ()
-    """Parameters of the law: [laws.md](laws.md), or extending.md for a law of your own."""
+    """Parameters of the law; see [Control laws](laws.md), or [Extending Zenvoy](extending.md) for
+    your own."""
     gains: Gains | None = None
     """As control.gains."""
     desired_gap_m: Positive | None = None

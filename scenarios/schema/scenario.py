@@ -53,9 +53,9 @@ class Estimator(Section):
     """
 
     kind: EstimatorKind = KALMAN
-    """The filter of PBCM; see estimators.md."""
+    """The filter of PBCM; see [Estimators](estimators.md)."""
     parameters: Parameters = ()
-    """Parameters of an estimator of your own; see extending.md."""
+    """Parameters of an estimator of your own; see [Extending Zenvoy](extending.md)."""
     acceleration_std_mps2: Positive = 0.5
     """Process noise of the link filters."""
 
@@ -83,7 +83,8 @@ class LogOptions(Section):
     """What the log of a run contains beside its data."""
 
     scene: bool = False
-    """Whether the log has the vehicles as a scene for 3D panels, see [foxglove.md](foxglove.md)."""
+    """Whether the log has the vehicles as a scene for 3D panels, see
+    [Foxglove and Lichtblick](foxglove.md)."""
 
 
 _EXTENDS: Final = {
@@ -109,7 +110,7 @@ class Scenario(Section):
     period_ms: Annotated[float, Field(ge=1, le=10_000)] = 100.0
     """The control cycle."""
     clock: Literal["lock-step", "realtime"] = "lock-step"
-    """As fast as possible, or in real time ([real-time.md](real-time.md))."""
+    """As fast as possible, or in real time ([Real time](real-time.md))."""
     speed: Annotated[float, Field(ge=0.1, le=10)] = 1.0
     """In real time: simulated time per wall time."""
     max_clock_error_ms: Annotated[float, Field(gt=0, le=1000)] = 5.0
@@ -124,7 +125,7 @@ class Scenario(Section):
     """What follows when a fault kills a vehicle's process, see `process-killed`."""
     public_truth: bool = False
     """Whether programs that look on may read the state of all vehicles while the run goes on, see
-    [security.md](security.md)."""
+    [Security](security.md)."""
     road: Road = Road()
     """The shape of the road."""
     fleet: Fleet = Fleet()

@@ -75,10 +75,10 @@ def _shown(duration_s: float | None) -> Iterator[tuple[str, Run]]:
 
 def _files(drawn: list[Picture], sheets: list[Sheet], command: str) -> dict[str, bytes]:
     text = [
-        "# Mixed traffic",
+        "# Mixed traffic: all figures",
         "",
         f"Written by `{command}` of Zenvoy {version('zenvoy')}.",
-        "[mixed-traffic.md](../mixed-traffic.md) explains it.",
+        "[Mixed traffic](../mixed-traffic.md) explains them.",
         "",
     ]
     for picture in drawn:
