@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -41,7 +42,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_page_is_in_the_site(site: Path) -> None:
     pages = {path.stem for path in ROOT.glob("docs/*.md")} - {"README"}
-    made = {"index", "commands", "contributing", "changelog", "benchmarks"}
+    made = {"index", "commands", "contributing", "changelog", "benchmarks", "first-steps"}
     assert pages | made <= {path.stem for path in site.glob("*.html")}
 
 
@@ -135,6 +136,17 @@ def test_a_usage_is_not_for_copying(site: Path, browser_page: Page) -> None:
     browser_page.goto(f"{site.as_uri()}/commands.html")
     expect(browser_page.locator("pre").first).to_have_text("zenvoy [OPTIONS] COMMAND [ARGS]...")
     expect(browser_page.locator("[data-clipboard-target]")).to_have_count(0)
+
+
+def test_the_notebook_is_shown_and_can_be_downloaded(site: Path) -> None:
+    notebook = ROOT / "examples" / "notebooks" / "first-steps.ipynb"
+    assert (site / notebook.name).read_text() == notebook.read_text()
+    assert 'href="first-steps.html"' in (site / "notebook.html").read_text()
+    page = (site / "first-steps.html").read_text()
+    cells = json.loads(notebook.read_text())["cells"]
+    assert page.count('<div class="highlight">') == [c["cell_type"] for c in cells].count("code")
+    assert f'href="{notebook.name}" download' in page
+    assert '<span class="filename">timegap.py</span>' in page
 
 
 def test_diagrams_are_pictures(site: Path) -> None:

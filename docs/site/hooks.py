@@ -1,4 +1,4 @@
-"""What MkDocs adds to docs/: pages from the top folder, and diagrams.
+"""What MkDocs adds to docs/: pages from other folders, a notebook, and diagrams.
 
 Pages link to each other as files of the repository, so that they work on a code host. Here the
 links to files outside docs/ become links to their pages in the site.
@@ -7,10 +7,11 @@ links to files outside docs/ become links to their pages in the site.
 from __future__ import annotations
 
 import hashlib
+import json
 import posixpath
 import re
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.exceptions import PluginError
@@ -26,11 +27,13 @@ PAGES: Final = {  # by file in the repository
     "benchmarks/results.md": "benchmarks.md",
     "docs/README.md": "all-pages.md",
     "examples/external_vehicle/README.md": "external-vehicle-examples.md",
+    "examples/notebooks/first-steps.ipynb": "first-steps.md",
 }
 FILES: Final = {"bus/messages.proto": "messages.proto", "LICENSE": "LICENSE"}
 _FILE_OF: Final = {page: file for file, page in PAGES.items()}
 _LINK: Final = re.compile(r"(?<=\]\()(?![a-z]+:|#)([^)#\s]+)(?=[)#])")
 _NAMED: Final = re.compile(r"^```(\w+) ([\w.-]+)$", re.MULTILINE)
+_WRITTEN: Final = re.compile(r"%%writefile (.*)\n")  # the first line of a cell
 _DIAGRAM: Final = re.compile(r"```mermaid\n(.*?)```\n", re.DOTALL)
 
 
@@ -38,8 +41,28 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add what does not lie in docs/."""
     for path, page in {**PAGES, **FILES}.items():
         text = (ROOT / path).read_text(encoding="utf-8")
+        if path.endswith(".ipynb"):
+            file = posixpath.basename(path)
+            files.append(File.generated(config, file, content=text))
+            text = notebook(text, file)
         files.append(File.generated(config, page, content=text))
     return files
+
+
+def notebook(text: str, file: str) -> str:
+    """Return a notebook as a page that links to its file."""
+    first, *cells = [_cell(cell) for cell in json.loads(text)["cells"]]
+    link = f'<a href="{file}" download>Download the notebook</a>'
+    return "\n\n".join([first, link, *cells]) + "\n"
+
+
+def _cell(cell: dict[str, Any]) -> str:
+    source = "".join(cell["source"])
+    if cell["cell_type"] == "markdown":
+        return source
+    name = _WRITTEN.match(source)
+    title = f" {name[1]}" if name else ""
+    return f"```python{title}\n{_WRITTEN.sub('', source)}\n```"
 
 
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:

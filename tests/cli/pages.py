@@ -40,6 +40,7 @@ NOT_RUN: Final = {
     "cp docs/": "is for the shell of the reader",
     "cd ": "is for the shell of the reader",
     "kill -": "is for a process that the reader sees",
+    "jupyter ": "is a program of others",
     "gdb ": "is a program of others",
     "python -m pdb": "talks to a person",
     "(Pdb)": "is typed into a debugger",
