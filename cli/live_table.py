@@ -118,7 +118,7 @@ def frame(run: WatchedRun, size: os.terminal_size, encoding: str) -> bytes:
 def table_of(run: WatchedRun, width: int, signs: str) -> Table:
     """Return the table of a run that has begun, with sparklines as wide as there is room."""
     about, state = run.about(), run.state(0)
-    figures = figures_of(run.samples(), run.newest(), about["period"])
+    figures = figures_of(run.samples(), run.decided(), about["period"])
     room = min(40, width - _WORDS)
     made = Table.grid(padding=(0, 2))
     made.title = Text(_title(about, state["last"], figures), "bold")
@@ -140,9 +140,7 @@ def table_of(run: WatchedRun, width: int, signs: str) -> Table:
     modes = ", ".join(f"{named.get(mode, mode)}: {n}" for mode, n in figures.modes.items())
     made.add_row("modes", Text(visible(modes) or "–"))
     for event in state["events"][-_EVENTS:]:
-        what = event["kind"].lower().replace("_", " ")
-        who = f" {event['vehicle']}" if event["vehicle"] else ""
-        made.add_row(f"{event['time']:.1f} s", Text(visible(f"{what}{who} {event['text']}")))
+        made.add_row(f"{event['time']:.1f} s", Text(visible(event["words"])))
     return made
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
+from zenvoy.analysis.log.event_words import event_words
 from zenvoy.analysis.log.load import Run
 from zenvoy.analysis.measures.faults import FaultSpan, fault_spans
 from zenvoy.analysis.measures.spacing import FRONTS, spacing_of
@@ -18,14 +19,13 @@ from zenvoy.values.wording import spans
 Kind = Literal["brake", "trace", "switch", "manoeuvre", "outage", "rule", "fault", "incident"]
 
 _INCIDENTS: Final = {
-    pb.EVENT_COLLISION: "collides with the vehicle ahead",
-    pb.EVENT_PROCESS_LOST: "process lost:",
-    pb.EVENT_PROCESS_BACK: "process back:",
-    pb.EVENT_SILENT: "sends no commands",
-    pb.EVENT_SILENT_END: "sends commands again",
-    pb.EVENT_STOPPED: "the run is stopped",
+    pb.EVENT_COLLISION,
+    pb.EVENT_PROCESS_LOST,
+    pb.EVENT_PROCESS_BACK,
+    pb.EVENT_SILENT,
+    pb.EVENT_SILENT_END,
+    pb.EVENT_STOPPED,
 }
-
 
 _UNITS: Final = {"_mps": " m/s", "_m": " m"}
 
@@ -141,9 +141,7 @@ def _incidents(events: Sequence[pb.Event]) -> Iterator[Happening]:
     for event in events:
         if event.kind in _INCIDENTS:
             at_s = event.time_ns * 1e-9
-            who = f"vehicle {event.vehicle}" if event.vehicle else ""
-            parts = (who, _INCIDENTS[event.kind], event.text)
-            yield Happening("incident", at_s, at_s, " ".join(part for part in parts if part))
+            yield Happening("incident", at_s, at_s, event_words(event))
 
 
 def _changed(rule: Rule) -> str:

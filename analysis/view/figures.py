@@ -1,4 +1,4 @@
-"""The figures of a live table: what the newest cycle and the samples of a run come to."""
+"""The figures of a live table: what the samples of a run and its last decisions come to."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Figures(NamedTuple):
 
 
 def figures_of(
-    samples: Mapping[str, NDArray[Any]], newest: Picture | None, period_s: float
+    samples: Mapping[str, NDArray[Any]], decided: Picture | None, period_s: float
 ) -> Figures:
-    """Return the figures from an overview's samples, and from the newest cycle if there is one."""
+    """Return the figures from an overview's samples, and from the last cycle with decisions."""
     totals = dict(zip(TOTALS, samples["totals"].T.astype(np.float64), strict=True))
     sent = totals["delivered"] + totals["late"] + totals["lost"] + totals["collided"]
     missed = totals["lost"] + totals["collided"]
@@ -54,8 +54,8 @@ def figures_of(
     )
     late: tuple[tuple[int, float], ...] = ()
     modes: dict[int, int] = {}
-    if newest is not None:
-        columns = dict(zip(COLUMNS, newest.columns, strict=True))
+    if decided is not None:
+        columns = dict(zip(COLUMNS, decided.columns, strict=True))
         age, mode = columns["age"], columns["mode"]
         known = np.flatnonzero(age > period_s)
         order = known[np.argsort(-age[known], kind="stable")][:_NAMED]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from zenvoy.analysis.log.cycles import stretches
+from zenvoy.analysis.log.event_words import event_words
 from zenvoy.analysis.log.facts import printable
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.about import about
@@ -30,6 +31,7 @@ MAX_CYCLES: Final = 4_096
 _CHUNKS_AT_ONCE: Final = 8
 _POINTS_AT_ONCE: Final = 20
 _FRAMES_AT_ONCE: Final = 100_000  # about, so that a request does not wait for long
+_MODE: Final = list(COLUMNS).index("mode")
 _KEPT_NUMBERS: Final = 16_000_000  # in pictures, of 4 bytes each
 
 
@@ -46,6 +48,8 @@ class WatchedRun:
         self._faults: list[str] = []
         self._epoch_ns = self._behind_ns = 0
         self._kept: dict[int, Picture] = {}  # in the order in which they were made
+        self._decided: Picture | None = None
+        self._seen = -1  # the cycle up to which `_decided` is looked for
 
     def extend(self) -> bool:
         """Read what the run has logged since the last call, a part at a time.
@@ -124,9 +128,19 @@ class WatchedRun:
         """Return the points of the overview from a number on."""
         return pack(**self._overview.since(first))
 
-    def newest(self) -> Picture | None:
-        """Return the last cycle; None if the log does not have it."""
-        return self._pictures(range(max(0, self.last), self.last + 1)).get(self.last)
+    def decided(self) -> Picture | None:
+        """Return the last cycle in which vehicles decide; None without any.
+
+        At the end of a run it is not the last one: the world has moved on.
+        """
+        last = self.last
+        for cycle in range(last, self._seen, -1):
+            picture = self._pictures(range(cycle, cycle + 1)).get(cycle)
+            if picture is not None and (picture.columns[_MODE] > 0).any():
+                self._decided = picture
+                break
+        self._seen = max(last, self._seen)
+        return self._decided
 
     def samples(self) -> dict[str, NDArray[np.generic]]:
         """Return all points of the overview."""
@@ -204,4 +218,5 @@ def _event(event: pb.Event) -> dict[str, Any]:
         "kind": pb.EventKind.Name(event.kind).removeprefix("EVENT_") if known else "UNKNOWN",
         "vehicle": event.vehicle,
         "text": printable(event.text),
+        "words": printable(event_words(event)),
     }

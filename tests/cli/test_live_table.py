@@ -18,6 +18,9 @@ from typing import Final
 import pytest
 
 from tests.conftest import LIMIT_S, Outcome, command, zenvoy
+from tests.logs import write_log
+from zenvoy.analysis.view.watched import WatchedRun
+from zenvoy.cli.live_table import frame
 
 SHORT: Final = ("run", "quickstart", "--engine", "in-process", "--duration-s", "13")
 OPENED: Final = b"\x1b[?1049h"  # the alternate screen
@@ -82,11 +85,15 @@ def screen(columns: int) -> Iterator[Screen]:
 
 def widest(drawn: bytes) -> int:
     """Return how many columns a frame takes."""
-    return max(len(line) for line in _CODES.sub(b"", drawn).decode().splitlines())
+    return max(len(line) for line in plain(drawn).splitlines())
+
+
+def plain(drawn: bytes) -> str:
+    return _CODES.sub(b"", drawn).decode()
 
 
 def test_a_narrow_terminal_gets_the_table_and_then_the_usual_summary(tmp_path: Path) -> None:
-    plain = zenvoy(tmp_path, *SHORT, "--out", "plain")
+    quiet = zenvoy(tmp_path, *SHORT, "--out", "quiet")
     with screen(60) as terminal:
         environment = {"NO_COLOR": "1", "COLUMNS": "200", "TERM": "xterm-256color"}
         with command(
@@ -102,7 +109,7 @@ def test_a_narrow_terminal_gets_the_table_and_then_the_usual_summary(tmp_path: P
     assert (before, SHOWN in rest) == (b"", True)
     assert all(widest(drawn) < 60 for drawn in terminal.frames())
     assert not re.search(rb"\x1b\[[0-9;]*(3|4)[0-9][;m]", terminal.written)  # a colour
-    (fingerprint,) = re.findall("[0-9a-f]{64}", plain.out)
+    (fingerprint,) = re.findall("[0-9a-f]{64}", quiet.out)
     assert fingerprint in _STYLES.sub(b"", after).decode()
     assert "written to seen" in after.decode()
 
@@ -128,6 +135,18 @@ def test_the_table_follows_a_resize_and_ctrl_c_leaves_a_sane_terminal(tmp_path: 
             assert termios.tcgetattr(terminal.end) == before
     assert terminal.written.rindex(SHOWN) > terminal.written.rindex(b"\x1b[?25l")
     assert terminal.written.count(OPENED) == terminal.written.count(CLOSED) == 1
+
+
+def test_the_last_table_has_events_as_sentences_and_the_last_modes(tmp_path: Path) -> None:
+    brake = "{type: brake, vehicle: 2, at_s: 1, duration_s: 1, deceleration_mps2: 2}"
+    text = f"duration_s: 3\nfleet: {{size: 5}}\nevents: [{brake}]\n"
+    run = WatchedRun(write_log(tmp_path / "run.mcap", text))
+    while run.extend():
+        pass
+    shown = plain(frame(run, os.terminal_size((100, 24)), "utf-8"))
+    rows = [" ".join(line.split()) for line in shown.splitlines()]
+    end = ["modes PBCM: 5", "1.0 s vehicle 2 brakes, 2 m/s²", "2.0 s vehicle 2 stops braking"]
+    assert rows[-3:] == end
 
 
 def test_without_a_terminal_there_is_no_table(tmp_path: Path) -> None:

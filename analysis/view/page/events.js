@@ -1,20 +1,6 @@
 // What has happened, in words; each event is a way to its time.
-const WORDS = {
-  BRAKE: "brakes", BRAKE_END: "stops braking", MODEL: "law", COLLISION: "collides with the vehicle ahead",
-  FALLBACK: "falls back to FM", FALLBACK_END: "returns to its law", PROCESS_LOST: "process lost",
-  PROCESS_BACK: "process back", STOPPED: "the run is stopped", TRACE: "follows a trace", TRACE_END: "ends its trace",
-  SILENT: "sends no commands", SILENT_END: "sends commands again", TARGET: "target", FAULT: "fault", FAULT_END: "fault over",
-  LOSS: "loss",
-};
 const BAD = new Set(["COLLISION", "FALLBACK", "PROCESS_LOST", "STOPPED", "SILENT", "FAULT"]);
 const SHOWN = 200;
-
-export function words(event) {
-  const what = WORDS[event.kind] ?? event.kind.toLowerCase().replaceAll("_", " ");
-  const who = event.vehicle ? `vehicle ${event.vehicle} ` : "";
-  const colon = event.vehicle && !["FAULT", "FAULT_END"].includes(event.kind) ? ", " : ": ";
-  return `${who}${what}${event.text ? colon + event.text : ""}`;
-}
 
 // The vehicles that have a fault at a time, or send no commands.
 export function troubled(events, time) {
@@ -69,7 +55,7 @@ export class Events {
       const text = document.createElement("span");
       button.type = "button";
       time.textContent = `${event.time.toFixed(1)} s`;
-      text.textContent = words(event);
+      text.textContent = event.words;
       if (isBad(event)) item.className = "bad";
       button.append(time, text);
       button.addEventListener("click", () => this.seek(event.time, event.vehicle));

@@ -42,11 +42,11 @@ def test_vehicles_move_and_figures_are_those_of_the_log(open_page: Open, run: Ru
 def test_a_fault_is_seen_and_the_mouse_finds_vehicles(open_page: Open) -> None:
     page = ready(open_page())
     expect(page.locator("#faulty")).to_be_hidden()
-    page.locator("#events button", has_text="vehicle 6 fault:").click()
+    page.locator("#events button", has_text="vehicle 6 has a fault:").click()
     expect(page.locator("#time")).to_have_text("8.0 / 20.0 s")
     expect(page.locator("#faulty")).to_be_visible()
     expect(page.locator("#lens-title")).to_have_text("Around vehicle 6")
-    page.locator("#events button", has_text="vehicle 6 fault over").click()
+    page.locator("#events button", has_text="vehicle 6 no longer has the fault").click()
     expect(page.locator("#faulty")).to_be_hidden()
     box = page.locator("#road").bounding_box()
     assert box is not None
@@ -70,7 +70,7 @@ def test_a_fault_is_seen_and_the_mouse_finds_vehicles(open_page: Open) -> None:
 
 def test_lost_frames_are_counted_after_a_jump_as_after_steps(open_page: Open, run: Run) -> None:
     page = ready(open_page())
-    page.locator("#events button", has_text="vehicle 6 fault:").click()
+    page.locator("#events button", has_text="vehicle 6 has a fault:").click()
     expect(page.locator("#time")).to_have_text("8.0 / 20.0 s")
     cycle = np.round(run.frames["sent_ns"] / run.scenario.period_ns)
     recent = run.frames["outcome"][(cycle >= 60) & (cycle <= 80)]

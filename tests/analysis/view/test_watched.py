@@ -146,6 +146,7 @@ def test_events_facts_and_overview(log: Path, run: Run) -> None:
     assert found == [(event.time_ns * 1e-9, event.vehicle, event.text) for event in run.events]
     assert {"BRAKE", "BRAKE_END"} <= {event["kind"] for event in state["events"]}
     assert made.state(1)["events"] == state["events"][1:]
+    assert "vehicle 2 brakes, 2 m/s²" in [event["words"] for event in state["events"]]
     facts = made.about()
     json.dumps(facts)
     assert (facts["vehicles"], facts["ring"], facts["chosen"]) == (5, 5 * 37.5, [2])
@@ -154,6 +155,17 @@ def test_events_facts_and_overview(log: Path, run: Run) -> None:
     assert_array_equal(overview["speed"], run.truth["speed"].astype(np.float32))
     later = unpack(made.overview(58))
     assert_array_equal(later["cycle"], [58, 59, 60])
+
+
+def test_the_last_modes_are_known_at_the_end_of_a_run(log: Path, run: Run) -> None:
+    """The last cycle has a truth and no decisions."""
+    made = watched(log)
+    assert made.last == CYCLES
+    for _ in range(2):
+        picture = made.decided()
+        assert picture is not None
+        modes = picture.columns[list(COLUMNS).index("mode")]
+        assert_array_equal(modes, run.estimate["mode"][-1])
 
 
 def test_a_log_is_read_on_as_it_grows(log: Path, folder: Path) -> None:
