@@ -14,7 +14,7 @@ from zenvoy.scenarios import Scenario, modes, name_of
 
 # Colour-blind readers tell these from the colours of laws, which are Okabe and Ito's.
 _OTHER_MODES: Final = {
-    pb.MODE_UNSPECIFIED: ("no command", "#cccccc"),  # in time
+    pb.MODE_UNSPECIFIED: ("no command", "#cccccc"),
     pb.MODE_CONSTANT_SPEED: ("constant speed", "#999999"),
     pb.MODE_FALLBACK_FM: ("fallback to FM", "#000000"),
 }

@@ -20,7 +20,7 @@ from google.protobuf.message import DecodeError
 from pydantic import ValidationError
 
 from zenvoy.analysis.log.records import LogError
-from zenvoy.analysis.view.growing_log import GrowingLog, Place
+from zenvoy.analysis.view.growing_log import GrowingLog, Place, still_limit_s
 from zenvoy.bus.clock import wall_ns
 from zenvoy.bus.log_format import EPOCH_NS
 from zenvoy.bus.scene import SCENE_TOPICS, Scene, Stage
@@ -99,6 +99,7 @@ class Feed:
         self._begun = False
         self._told_ns = EPOCH_NS
         self._scene: Scene | None = None
+        self._scenario: Scenario | None = None
         self._channels = {
             topic: foxglove.Channel(
                 topic,
@@ -115,9 +116,16 @@ class Feed:
         await self._follow()
         while True:
             await self._clients.newcomer.wait()
-            await asyncio.sleep(_SETTLE_S)
-            self._clients.meet()
-            await self._play()
+            await self._welcome()
+
+    async def _welcome(self) -> None:
+        await asyncio.sleep(_SETTLE_S)
+        self._clients.meet()
+        await self._play()
+
+    @property
+    def _stands_still(self) -> bool:
+        return self._scenario is not None and self._log.is_still(still_limit_s(self._scenario))
 
     def _tell_time(self) -> None:
         """Send the time to a client that has come: the run's start, or that of who else watches.
@@ -134,7 +142,7 @@ class Feed:
         while not (log.whole and taken == len(log.chunks)):
             grown = log.path.exists() and log.extend()
             self._begin()
-            if from_start and (log.whole or log.still):
+            if from_start and log.whole:
                 return  # a run that had ended before; everybody sees it from its start
             from_start = False
             for place in log.chunks[taken:]:
@@ -145,7 +153,9 @@ class Feed:
                 else:
                     self._learn(place)
                 await asyncio.sleep(0)
-            if not grown:
+            if not grown and self._stands_still and self._clients.newcomer.is_set():
+                await self._welcome()  # to a log that is cut, or to a run that stands still
+            elif not grown:
                 await asyncio.sleep(_PAUSE_S)
 
     async def _play(self) -> None:
@@ -198,5 +208,6 @@ class Feed:
             scenario = Scenario.model_validate_json(self._log.effective or b"")
         except ValidationError as error:
             raise LogError(f"{self._log.path}: its scenario is not valid") from error
+        self._scenario = scenario
         if not scenario.log.scene:
             self._scene = Scene(self._stage_of(scenario))

@@ -20,10 +20,20 @@ from zenvoy.analysis.log.records import CUT_EARLY, LogError
 from zenvoy.bus.clock import age_s
 from zenvoy.bus.log_format import EFFECTIVE, chunk_limit
 from zenvoy.bus.log_metadata import RESULT, RUN
+from zenvoy.scenarios import Scenario
 
 _TIMES: Final = struct.Struct("<QQ")  # of the first and last message, where a chunk record begins
-_GROWS_EVERY_S: Final = 10.0  # at least, while a run goes on; the recorder flushes far more often
 _MAX_RECORD_BYTES: Final = 64 << 20  # of any record but chunks
+
+
+STILL_S: Final = 10.0
+"""How long a log must not have grown, at least, before its run may have ended without an end."""
+
+
+def still_limit_s(scenario: Scenario) -> float:
+    """Return how long the log of a run may not grow while the run goes on."""
+    between_s = 2e-9 * scenario.period_ns / scenario.speed if scenario.clock == "realtime" else 0.0
+    return STILL_S + max(between_s, scenario.stall_limit_s)
 
 
 class Place(NamedTuple):
@@ -53,7 +63,7 @@ class GrowingLog:
         self.loose = False
         """Whether messages stand outside chunks, where they are not looked for."""
         self._at = 0
-        self._modified_ns = 0
+        self._modified_ns: int | None = None
 
     @property
     def vehicles(self) -> int:
@@ -71,15 +81,15 @@ class GrowingLog:
         """Whether the run has ended, by what its log says."""
         return RESULT in self.metadata
 
-    @property
-    def still(self) -> bool:
-        """Whether the log has no end and does not grow: it is cut, or its run stands still."""
-        return not self.whole and age_s(self._modified_ns) > _GROWS_EVERY_S
+    def is_still(self, limit_s: float = STILL_S) -> bool:
+        """Return whether the log has no end and has not grown for so long, when last looked at."""
+        known = self._modified_ns is not None and not self.whole
+        return known and age_s(self._modified_ns or 0) > limit_s
 
     def first_look(self) -> None:
         """Read on, before anybody looks; raises LogError for a log that will never begin, too."""
         self.extend()
-        if self.still and not self.begun:
+        if self.is_still() and not self.begun:
             raise LogError(f"{self.path}: {CUT_EARLY}")
 
     def extend(self) -> bool:

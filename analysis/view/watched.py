@@ -18,7 +18,7 @@ from zenvoy.analysis.log.facts import printable
 from zenvoy.analysis.log.records import LogError
 from zenvoy.analysis.view.about import about
 from zenvoy.analysis.view.block import pack
-from zenvoy.analysis.view.growing_log import GrowingLog
+from zenvoy.analysis.view.growing_log import GrowingLog, still_limit_s
 from zenvoy.analysis.view.messages import Messages, Payloads
 from zenvoy.analysis.view.overview import Overview
 from zenvoy.analysis.view.picture import COLUMNS, Picture, picture_of, rows_of
@@ -31,6 +31,7 @@ MAX_CYCLES: Final = 4_096
 _CHUNKS_AT_ONCE: Final = 8
 _POINTS_AT_ONCE: Final = 20
 _FRAMES_AT_ONCE: Final = 100_000  # about, so that a request does not wait for long
+_LOOKS_BACK: Final = 100  # cycles, for the last decisions
 _MODE: Final = list(COLUMNS).index("mode")
 _KEPT_NUMBERS: Final = 16_000_000  # in pictures, of 4 bytes each
 
@@ -107,7 +108,7 @@ class WatchedRun:
             "points": len(self._overview) if self.begun else 0,
             "end": printable(result["end"]) if "end" in result else None,
             "whole": self.begun and self.whole,
-            "still": self._log.still,
+            "still": self._is_still,
             "events": self._events[events_from:],
             "faults": self._faults,
         }
@@ -144,8 +145,10 @@ class WatchedRun:
         At the end of a run it is not the last one: the world has moved on.
         """
         last = self.last
-        for cycle in range(last, self._seen, -1):
-            picture = self._pictures(range(cycle, cycle + 1)).get(cycle)
+        for cycle in range(last, max(self._seen, last - _LOOKS_BACK), -1):
+            picture = None
+            with suppress(LogError):  # `_search` has reported it
+                picture = self._pictures(range(cycle, cycle + 1)).get(cycle)
             if picture is not None and (picture.columns[_MODE] > 0).any():
                 self._decided = picture
                 break
@@ -155,6 +158,11 @@ class WatchedRun:
     def samples(self) -> dict[str, NDArray[np.generic]]:
         """Return all points of the overview."""
         return self._overview.since(0)
+
+    @property
+    def _is_still(self) -> bool:
+        known = self._scenario
+        return known is not None and self._log.is_still(still_limit_s(known))
 
     @property
     def _known(self) -> Scenario:

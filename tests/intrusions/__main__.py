@@ -54,8 +54,8 @@ class Attempts:
     """All attempts on one run, and what came of them.
 
     `failed` has, by attempt, whether it failed as far as the intruder can tell. `heard` has the
-    keys of all messages that came, by the attempt to read them. `clock_came` is set once a message
-    has come to the one who may read it; on a busy machine that may be after the end of the run.
+    keys of all messages that came, by the attempt to read them. `clock_came` is set once the observer
+    has got one, which may be after the end of the run.
     """
 
     def __init__(self, folder: Path, run: str, world: str, channel: str) -> None:
@@ -142,9 +142,8 @@ class Attempts:
         self._put(observer, CLOCK.key(run), pb.Clock(cycle=7).SerializeToString())
         self._listen("observer: reads commands", observer, COMMAND.key(run, 1))
         self._listen("observer: reads a truth that is not public", observer, TRUTH.key(run))
-        self._listen(
-            "observer: reads the clock", observer, CLOCK.key(run), self.clock_came
-        )  # as it may
+        clock = CLOCK.key(run)
+        self._listen("observer: reads the clock", observer, clock, self.clock_came)  # as it may
 
     def _as_servers(self, keys: Path) -> None:
         """Do with the channel's certificate what only a vehicle may, and so on."""
@@ -175,9 +174,10 @@ class Attempts:
 
     def _put(self, session: zenoh.Session, key: str, payload: bytes) -> None:
         """Put a message, and so again with a publisher, to whose key Zenoh gives a number."""
-        session.put(key, payload)
+        waits = zenoh.CongestionControl.BLOCK  # on a busy machine Zenoh drops it otherwise
+        session.put(key, payload, congestion_control=waits)
         if "*" not in key:
-            publisher = session.declare_publisher(key)
+            publisher = session.declare_publisher(key, congestion_control=waits)
             publisher.put(payload)
             self._kept.append(publisher)
 

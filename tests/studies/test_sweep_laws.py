@@ -102,7 +102,7 @@ def test_a_law_elsewhere_must_also_be_allowed_from_python(tmp_path: Path) -> Non
     study = write(tmp_path / "study", "../laws/idm.py:smith")
     (tmp_path / "laws").mkdir()
     (tmp_path / "laws" / "idm.py").write_text(IDM)
-    with pytest.raises(BadStudyError, match=REFUSED):
+    with pytest.raises(BadStudyError, match=REFUSED.replace("--allow-code", "allow_code=True")):
         sweep(study, out=tmp_path / "out")
     outcome = zenvoy(tmp_path, "sweep", str(study), "--out", "out", "--allow-code")
     assert outcome.code == 0

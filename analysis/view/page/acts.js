@@ -1,11 +1,11 @@
 // What a person may do to a run in real time. The key comes with the address that the command prints.
-import { ask, request } from "./server.js";
+import { ask, report, request } from "./server.js";
 
 const SURE_MS = 4000;
 
 export class Acts {
-  constructor(run, { chosen, trouble }) {
-    Object.assign(this, { run, chosen, trouble });
+  constructor(run, { chosen, refuse }) {
+    Object.assign(this, { run, chosen, refuse });
     this.key = location.hash.slice(1);
     this.known = [];
     this.place = document.getElementById("acts");
@@ -14,8 +14,12 @@ export class Acts {
     this.buttons.kill.addEventListener("click", () => this.#kill());
     this.loss = document.getElementById("loss");
     this.losses = 0;
+    this.wanted = null; // the share that was asked for last, until it is in force
     [this.slider, this.said] = [this.loss.querySelector("input"), this.loss.querySelector("output")];
-    this.slider.addEventListener("input", () => (this.said.textContent = `${this.slider.value} %`));
+    this.slider.addEventListener("input", () => {
+      this.wanted = Number(this.slider.value);
+      this.said.textContent = `${this.wanted} %`;
+    });
     this.slider.addEventListener("change", () => this.#ask(`act=lose&percent=${this.slider.value}`));
   }
 
@@ -26,7 +30,7 @@ export class Acts {
   }
 
   draw() {
-    const hidden = !this.known.length || !this.run.live;
+    const hidden = !this.known.length || !this.run.goesOn;
     if (this.place.hidden !== hidden) this.place.hidden = hidden;
     const fixed = hidden || !this.known.includes("lose");
     if (this.loss.hidden !== fixed) this.loss.hidden = fixed;
@@ -39,22 +43,26 @@ export class Acts {
     if (losses.length === this.losses) return;
     this.losses = losses.length;
     const percent = parseFloat(losses[losses.length - 1].text);
-    if (!(percent >= 0)) return;
+    // Shares that were asked for before the last one take force one after the other.
+    if (!(percent >= 0) || (this.wanted !== null && percent !== this.wanted)) return;
+    this.wanted = null;
     this.slider.value = percent;
     this.said.textContent = `${percent} %`;
   }
 
   async act(name) {
-    if (!this.known.includes(name) || !this.run.live) return;
+    if (!this.known.includes(name) || !this.run.goesOn) return;
     await this.#ask(`act=${name}&vehicle=${this.chosen()}`);
   }
 
   async #ask(what) {
     try {
       const answer = await request(`acts?${what}`, { method: "POST", headers: { "X-Zenvoy-Key": this.key } });
-      this.trouble(answer.ok ? "" : await answer.text());
+      this.refuse(answer.ok ? "" : await answer.text());
+      if (!answer.ok) this.wanted = null;
     } catch (error) {
-      this.trouble(error.message);
+      this.wanted = null;
+      report(error);
     }
   }
 

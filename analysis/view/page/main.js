@@ -10,14 +10,18 @@ import { drawLens } from "./lens.js";
 import { Playhead } from "./playhead.js";
 import { drawRoad, vehicleAt } from "./road.js";
 import { Links, Overview, Pictures, Run } from "./run.js";
-import { hasUnknown, HOLD, Scene, SLOWEST } from "./scene.js";
-import { isSilent, Silent } from "./server.js";
+import { RoadWords } from "./road_words.js";
+import { hasDecisions, HOLD, Scene, SLOWEST } from "./scene.js";
+import { scaleOf, speedScale } from "./scales.js";
+import { failure, report } from "./server.js";
 import { SpaceTime } from "./spacetime.js";
+import { Status } from "./status.js";
 import { Tiles } from "./tiles.js";
 import { Transport } from "./transport.js";
 import { Charts } from "./vehicles.js";
 
 const ASK_EVERY = 200; // ms, while a run goes on
+const ASK_SELDOM = 1000; // ms, after that, to notice when the server ends
 const ASK_SOON = 50; // ms, while the server has read more than this page
 const MOST_CHOSEN = 3;
 const SLOW = 0.2; // at this speed and below, frames are shown on their way
@@ -26,44 +30,25 @@ const theme = new Theme();
 const run = new Run();
 const playhead = new Playhead();
 const view = { chosen: [], colour: "speed", radio: "sends", scale: { low: 0, high: 1 }, links: null };
-const STILL = "The log has no end, and does not grow: it is cut, or its run stands still.";
+const status = new Status(run);
 let page = null;
-let failed = ""; // why the last question to the server got no good answer
 
-function trouble() {
-  const text = (isSilent() ? new Silent().message : failed) || view.refused || run.faults[0] || (run.still ? STILL : "");
-  if (get("trouble").textContent === text) return;
-  get("trouble").textContent = text;
-  get("trouble").hidden = !text;
-}
 
 async function ask() {
   try {
     const isNew = await run.refresh();
-    failed = "";
     if (run.begun) {
       if (!page) begin();
       playhead.reach(performance.now() / 1000, run.lastTime);
-      if (run.end !== null && playhead.following) {
-        playhead.following = false;
-        playhead.playing = playhead.time < playhead.end;
-      }
-      badge();
+      playhead.attend(run.live, run.goesOn);
       if (isNew || page.overview.times.length < run.points) await page.overview.refresh();
     }
   } catch (error) {
     report(error);
   }
-  trouble();
+  status.show();
   const behind = page && page.overview.times.length < run.points;
-  if (!run.whole || behind) setTimeout(ask, behind && !isSilent() ? ASK_SOON : ASK_EVERY);
-}
-
-function badge() {
-  const said = run.live ? "live" : run.end ?? "unfinished";
-  if (get("badge").textContent === said) return;
-  get("badge").textContent = said;
-  get("badge").className = `badge ${run.live ? "live" : run.end === "complete" ? "" : "bad"}`;
+  setTimeout(ask, behind && !failure() ? ASK_SOON : run.whole ? ASK_SELDOM : ASK_EVERY);
 }
 
 function begin() {
@@ -88,6 +73,7 @@ function begin() {
     charts: new Charts(run, get("charts"), theme, { remove, seek: (time) => transport.seek(time) }),
     hover: new Hover(get("road"), get("hover")),
     tiles: new Tiles(get("tiles")),
+    words: new RoadWords(about),
     events: new Events(run, get("events"), get("event-count"), (time, vehicle) => {
       transport.seek(time);
       if (vehicle && !view.chosen.includes(vehicle)) choose([vehicle]);
@@ -102,7 +88,7 @@ function begin() {
     "?": () => get("keys").showModal(),
   });
   page.transport = transport;
-  page.acts = new Acts(run, { chosen: () => view.chosen[0], trouble: (text) => (view.refused = text) });
+  page.acts = new Acts(run, { chosen: () => view.chosen[0], refuse: (text) => status.refuse(text) });
   page.acts.learn().catch(report);
   radioLegend(get("radio-legend"));
   choose(about.chosen);
@@ -168,22 +154,6 @@ function fine(cycles) {
   return Math.max(1, Math.floor((pace * cycles) / 30));
 }
 
-function scale() {
-  if (view.colour === "age") {
-    const high = Math.max(0.1, page.scene ? page.scene.total("oldest") : 0.1);
-    view.ageHigh = Math.max(view.ageHigh ?? 0, Math.ceil(high * 10) / 10);
-    return { low: 0, high: view.ageHigh };
-  }
-  return speedScale();
-}
-
-function speedScale() {
-  const { low, high } = page.overview;
-  if (!(low <= high)) return { low: 0, high: 1 };
-  const grain = high - low > 5 ? 1 : 0.1;
-  return { low: Math.floor(low / grain) * grain, high: Math.max(Math.ceil(high / grain) * grain, low + 0.2) };
-}
-
 const RECENT = 20; // cycles over which frames lost are counted
 const SELDOM = 100; // ms between drawings of what moves little
 let drawnAt = 0;
@@ -196,7 +166,7 @@ function draw(now) {
   const elapsed = Math.min(0.25, (now - drawnAt) / 1000);
   drawnAt = now;
   frames.count += 1;
-  trouble();
+  status.show();
   const { about } = run;
   const { pictures, charts } = page;
   const stride = fine(1 / about.period);
@@ -236,10 +206,11 @@ function drawRoads(cycle, stride) {
   const { pictures } = page;
   const before = pictures.before(cycle, 8 * stride);
   if (!before) return;
-  const scene = new Scene(about, before, pictures.get(before.cycle + stride), playhead.time);
+  const decided = hasDecisions(before) ? before : pictures.before(before.cycle - stride, 8 * stride);
+  const scene = new Scene(about, before, pictures.get(before.cycle + stride), playhead.time, decided ?? before);
   page.scene = scene;
   page.recent = { cycle, stride };
-  view.scale = scale();
+  view.scale = scaleOf(view, scene, page.overview);
   view.faulty = troubled(run.events, playhead.time).filter((vehicle) => vehicle <= scene.size);
   view.slow = !playhead.following && playhead.speed <= SLOW;
   page.place = drawRoad(page.road, scene, view);
@@ -249,7 +220,7 @@ function drawRoads(cycle, stride) {
 function drawDiagrams() {
   const to = run.live ? Math.max(20, playhead.end) : run.lastTime;
   if (page.scene) drawWords(page.scene, page.recent);
-  const speeds = speedScale();
+  const speeds = speedScale(page.overview);
   colourLegend(get("spacetime-legend"), "speed", speeds, theme);
   page.diagram = page.spacetime.draw({ to, now: playhead.time, upwards: get("upwards").value, scale: speeds, chosen: view.chosen, events: run.events });
   page.charts.draw(playhead.time, run.events);
@@ -267,33 +238,8 @@ function drawWords(scene, { cycle, stride }) {
   const settled = recent.filter((picture) => picture.total("delivered") >= 0);
   const wall = scene.before.total("wall");
   page.tiles.show(scene, settled, wall > 0 ? (scene.before.cycle * about.period) / wall : NaN);
-  const modes = view.colour === "mode" ? seen(scene) : [];
-  const unknown = hasUnknown(view.colour, scene);
-  colourLegend(get("legend"), view.colour, view.scale, theme, { modes, hollow: about.modes[6]?.[0], unknown });
-  get("faulty").hidden = view.faulty.length === 0;
-  describe(scene);
-}
-
-// The modes in which vehicles have been seen, with their names and colours.
-function seen(scene) {
-  view.modes ??= new Set();
-  for (const mode of scene.modes) if (mode === mode) view.modes.add(mode);
-  return [...view.modes].sort((a, b) => a - b).map((mode) => run.about.modes[mode] ?? [`mode ${mode}`, "#999999"]);
-}
-
-let described = 0;
-
-// Says in words what the road shows, every few seconds, for those who cannot see it.
-function describe(scene) {
-  if (drawnAt - described < 2000) return;
-  described = drawnAt;
-  const gap = scene.total("smallest_gap");
-  get("road").setAttribute("aria-label", `The road from above at ${scene.time.toFixed(1)} s: ${scene.size} vehicles, `
-    + `mean speed ${scene.total("mean_speed").toFixed(1)} m/s, smallest gap ${gap.toFixed(1)} m`);
-}
-
-function report(error) {
-  if (!(error instanceof Silent)) failed = error.message;
+  page.words.legend(view, scene, theme);
+  page.words.describe(scene, drawnAt);
 }
 
 get("theme").addEventListener("click", () => theme.toggle());

@@ -11,6 +11,7 @@ export class Playhead {
     this.speed = 1;
     this.pace = 1; // simulated over wall time of a run that is followed
     this.seen = null;
+    this.resumes = false; // whether to follow again, if the run goes on
   }
 
   // Notes that at this wall time (s) the run has come to this time.
@@ -37,7 +38,18 @@ export class Playhead {
     }
   }
 
+  // Notes whether the run is seen to go on, and whether it may go on yet.
+  attend(live, goesOn) {
+    if (live && this.resumes) this.following = this.playing = true;
+    if (live) this.resumes = false;
+    if (live || !this.following) return;
+    this.resumes = goesOn;
+    this.following = false;
+    this.playing = this.time < this.end;
+  }
+
   seek(time) {
+    this.resumes = false;
     this.following = false;
     this.time = Math.max(0, Math.min(this.end, time));
   }

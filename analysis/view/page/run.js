@@ -43,9 +43,14 @@ export class Run {
     return this.about !== null;
   }
 
-  // Whether the run goes on, as far as its log tells.
+  // Whether the run goes on, and its log grows.
   get live() {
-    return this.begun && this.end === null && !this.still;
+    return this.goesOn && !this.still;
+  }
+
+  // Whether the log has no end yet.
+  get goesOn() {
+    return this.begun && this.end === null;
   }
 
   get duration() {

@@ -2,12 +2,13 @@
 import { shade, step } from "./colours.js";
 import { NAMES } from "./outcomes.js";
 
-const FALLBACK = 6; // the mode of a vehicle that has fallen back to FM
+export const FALLBACK = 6; // the mode of a vehicle that has fallen back to FM
 export const HOLD = 0.1; // s for which a frame shows at least
 export const SLOWEST = 4; // cycles that a late frame may take to show
 
 export class Scene {
-  constructor(about, before, after, time) {
+  // Modes and ages are those of the picture `decided`: the world moves on once after the last decisions.
+  constructor(about, before, after, time, decided) {
     this.about = about;
     this.before = before;
     this.after = after;
@@ -16,8 +17,8 @@ export class Scene {
     const span = after ? (after.cycle - before.cycle) * period : period;
     this.part = Math.max(0, Math.min(1, (time - before.cycle * period) / span));
     this.size = before.position.length;
-    this.modes = before.column("mode");
-    this.ages = before.column("age");
+    this.modes = decided.column("mode");
+    this.ages = decided.column("age");
     this.speeds = this.between("speed");
     this.positions = mix(before.position, after?.position, this.part, Float64Array);
   }
@@ -53,6 +54,9 @@ export function painter(kind, scene, scale, theme) {
     return { fill: at < 0 ? theme.edge : shade(at), hollow: at < 0 };
   };
 }
+
+// Whether any vehicle decides in a cycle.
+export const hasDecisions = (picture) => picture.column("mode").some((mode) => mode > 0);
 
 // Whether the colour of any vehicle is not known.
 export function hasUnknown(kind, { modes, ages, speeds }) {

@@ -124,9 +124,10 @@ function giveFocusBack() {
   addEventListener("pointerdown", () => (byMouse = true), true);
   addEventListener("keydown", () => (byMouse = false), true);
   const release = ({ target }) => {
-    if (byMouse && !target.matches?.("input[type=number]")) target.closest?.("button, select, input")?.blur();
+    if (byMouse && !target.matches?.("input[type=number]")) target.closest?.("button, select, input, #events")?.blur();
   };
-  addEventListener("click", (event) => event.target.closest?.("button") && release(event));
+  // Before the click acts, because a dialog gives the focus back to what had it when the dialog opened.
+  addEventListener("click", (event) => event.target.closest?.("button, #events") && release(event), true);
   addEventListener("change", release);
 }
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tests.logs import chunk_every, write_log
 from zenvoy.analysis.log.load import Run, load
 from zenvoy.analysis.log.records import LogError
+from zenvoy.analysis.view.growing_log import GrowingLog
 from zenvoy.analysis.view.overview import POINTS, Overview
 from zenvoy.analysis.view.picture import COLUMNS, TOTALS
 from zenvoy.analysis.view.watched import WatchedRun
@@ -195,6 +196,7 @@ def test_a_log_is_read_on_as_it_grows(log: Path, folder: Path) -> None:
 def test_a_cut_log_is_shown_as_far_as_it_goes(log: Path, folder: Path) -> None:
     cut = folder / "cut.mcap"
     cut.write_bytes(log.read_bytes()[: log.stat().st_size // 2])
+    os.utime(cut, (2e9, 2e9))  # just now, however slow the machine is
     made = watched(cut)
     assert 10 < made.last < CYCLES
     state = made.state(0)
@@ -207,6 +209,21 @@ def test_a_cut_log_is_shown_as_far_as_it_goes(log: Path, folder: Path) -> None:
         pass
     state = made.state(0)
     assert (made.whole, state["end"], state["still"]) == (True, "complete", False)
+
+
+def test_a_log_that_is_not_there_yet_is_not_still(folder: Path) -> None:
+    assert not GrowingLog(folder / "later.mcap").is_still()
+
+
+def test_a_run_may_pause_for_its_stall_limit(log: Path, folder: Path) -> None:
+    """A lock-step run waits so long for a vehicle that somebody debugs."""
+    patient = write_log(folder / "patient.mcap", SCENARIO + "stall_limit_s: 1000")
+    for path, is_still in ((log, True), (patient, False)):
+        cut = folder / "pause.mcap"
+        cut.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+        modified_s = cut.stat().st_mtime - 100
+        os.utime(cut, (modified_s, modified_s))
+        assert watched(cut).state(0)["still"] == is_still
 
 
 def test_what_is_no_log_is_refused(folder: Path) -> None:
@@ -226,6 +243,7 @@ def test_a_damaged_chunk_is_reported_and_the_rest_is_shown(log: Path, folder: Pa
     damaged = folder / "damaged.mcap"
     damaged.write_bytes(content)
     read = watched(damaged)
+    assert read.decided() is not None
     (fault,) = read.state(0)["faults"]
     assert f"{damaged}: damaged at byte" in fault
     points = unpack(read.overview(0))
