@@ -39,6 +39,7 @@ from zenvoy.bus.topics import (
 from zenvoy.fleet.certificates import doors_of
 
 MILLION: Final = 1_000_000
+_WAITS: Final = zenoh.CongestionControl.BLOCK  # where Zenoh would drop messages on a busy machine
 # How somebody without a valid certificate tries to come in: the folder and the certificate.
 STRANGERS: Final = {
     "no certificate": ("keys", ""),
@@ -54,8 +55,8 @@ class Attempts:
     """All attempts on one run, and what came of them.
 
     `failed` has, by attempt, whether it failed as far as the intruder can tell. `heard` has the
-    keys of all messages that came, by the attempt to read them. `clock_came` is set once the observer
-    has got one, which may be after the end of the run.
+    keys of all messages that came, by the attempt to read them. `clock_came` is set once one came
+    to the observer, which may be after the run.
     """
 
     def __init__(self, folder: Path, run: str, world: str, channel: str) -> None:
@@ -134,7 +135,7 @@ class Attempts:
         self._kept.append(three.declare_queryable(scenario_key(run), _answer_nonsense))
 
     def _as_observer(self, observer: zenoh.Session) -> None:
-        """Do more than look on."""
+        """Do more than look on, and look on."""
         run = self._run
         for what, key in (("the scenario", scenario_key(run)), ("who runs", processes_key(run))):
             self.failed[f"observer: asks for {what}"] = not answers(observer, key)
@@ -142,8 +143,7 @@ class Attempts:
         self._put(observer, CLOCK.key(run), pb.Clock(cycle=7).SerializeToString())
         self._listen("observer: reads commands", observer, COMMAND.key(run, 1))
         self._listen("observer: reads a truth that is not public", observer, TRUTH.key(run))
-        clock = CLOCK.key(run)
-        self._listen("observer: reads the clock", observer, clock, self.clock_came)  # as it may
+        self._listen("observer: reads the clock", observer, CLOCK.key(run), self.clock_came)
 
     def _as_servers(self, keys: Path) -> None:
         """Do with the channel's certificate what only a vehicle may, and so on."""
@@ -174,10 +174,9 @@ class Attempts:
 
     def _put(self, session: zenoh.Session, key: str, payload: bytes) -> None:
         """Put a message, and so again with a publisher, to whose key Zenoh gives a number."""
-        waits = zenoh.CongestionControl.BLOCK  # on a busy machine Zenoh drops it otherwise
-        session.put(key, payload, congestion_control=waits)
+        session.put(key, payload, congestion_control=_WAITS)
         if "*" not in key:
-            publisher = session.declare_publisher(key, congestion_control=waits)
+            publisher = session.declare_publisher(key, congestion_control=_WAITS)
             publisher.put(payload)
             self._kept.append(publisher)
 
