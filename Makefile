@@ -34,10 +34,11 @@ check: setup
 	$(BIN)/mypy tests benchmarks examples/neighbourhood docs/site
 
 # Makes docs/api.md from the docstrings of `import zenvoy`, and the tables of keys in docs/scenarios.md with
-# their JSON Schema. Tests fail when they are stale.
+# their JSON Schema, and then the site. Tests fail when they are stale.
 docs: setup
 	$(BIN)/python -m tests.api_page
 	$(BIN)/python -m tests.scenario_reference
+	$(MAKE) --no-print-directory site
 
 # Builds the documentation as a site in build/site, for reading without internet.
 site: setup
