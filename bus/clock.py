@@ -22,9 +22,7 @@ def pause(for_s: float = 0.0002) -> None:
     without a pause it would take a core from the processes for which it waits. A longer or a
     shorter pause only changes how soon a message is seen.
     """
-    time.sleep(
-        for_s
-    )  # yields the core between looks at several queues: no call blocks on more than one
+    time.sleep(for_s)  # no call of Zenoh waits for several queues, so the caller looks at each
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,9 +55,7 @@ def wait_until(fact: Callable[[], bool], what: str, limit_s: float = LIMIT_S) ->
     while not fact():
         if time.monotonic() > deadline:
             pytest.fail(f"after {limit_s:g} s still not: {what}")
-        time.sleep(
-            0.01
-        )  # between looks at a process, a file or a page: no call blocks until it changes
+        time.sleep(0.01)  # between looks, which decide: no call waits for any kind of fact
 
 
 @dataclass(frozen=True, slots=True)

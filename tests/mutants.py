@@ -126,7 +126,7 @@ def fate(number: int, folder: Path) -> str:
     except ScenarioError as error:
         lines = str(error).splitlines()
         return "refused" if 0 < len(lines) <= 21 else "refused in too many lines"
-    except Exception as error:  # noqa: BLE001 - an error of any kind is what this program looks for
+    except Exception as error:  # noqa: BLE001 - any error but ScenarioError is a finding
         return f"traceback: {type(error).__name__}: {error}"[:200]
     if time.monotonic() - began > _HANGS_S:
         return "slow"

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from operator import index
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Literal, SupportsIndex
 
@@ -76,7 +76,7 @@ def run(
     except EngineError as error:
         raise errors.InputError(str(error)) from error
     try:
-        folder = make_folder(None if out is None else Path(fspath(out)), what.name)
+        folder = make_folder(None if out is None else Path(out), what.name)
     except FolderError as error:
         raise errors.FolderError(f"out: {error}") from error
     log = folder / LOG

@@ -63,7 +63,7 @@ def compare_laws(
     )
     done = run_comparison(
         asked,
-        out=None if out is None else Path(fspath(out)),
+        out=None if out is None else Path(out),
         jobs=jobs,
         on_line=on_line,
         command="zenvoy.studies.compare_laws(…)",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,14 +42,12 @@ def sweep(
     """
     if line := missing("pandas"):
         raise StudyError(line)
-    folder = None if out is None else Path(fspath(out))
-    command = "zenvoy.studies.sweep(…)"
     done = run_sweep(
         study,
-        out=folder,
+        out=None if out is None else Path(out),
         jobs=jobs,
         on_line=on_line,
-        command=command,
+        command="zenvoy.studies.sweep(…)",
         allow_code=allow_code,
         dask=dask,
         spelling=PYTHON,

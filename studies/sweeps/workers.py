@@ -77,9 +77,8 @@ def _work(do: Callable[[Any], None], task: Any, writer: Connection, parent: int)
     be_worker(parent)
     try:
         do(task)
-    # Nothing is swallowed: the error is the result of this task, and stands in the table of the
-    # study, while the other runs go on. Without this, the parent would only learn "exit code 1".
-    except Exception as error:  # noqa: BLE001 - sent to the parent: one run must not end the others
+    # Nothing is swallowed: the parent would otherwise only learn "exit code 1".
+    except Exception as error:  # noqa: BLE001 - a law may raise anything; it is this run's result
         writer.send(in_one_line(error))
 
 

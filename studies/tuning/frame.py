@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,14 +41,12 @@ def tune(
     from zenvoy.studies.tuning.table import table_of
     from zenvoy.studies.tuning.tune import run_tune
 
-    folder = None if out is None else Path(fspath(out))
-    command = "zenvoy.studies.tune(…)"
     done = run_tune(
         study,
-        out=folder,
+        out=None if out is None else Path(out),
         jobs=jobs,
         on_line=on_line,
-        command=command,
+        command="zenvoy.studies.tune(…)",
         allow_code=allow_code,
         spelling=PYTHON,
     )

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from io import BytesIO, RawIOBase
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tests.streamed_log import read_log, read_stream
 from zenvoy import run, scenario
+
+if TYPE_CHECKING:
+    from _typeshed import WriteableBuffer
 
 
 class Growing(RawIOBase):
@@ -19,7 +23,7 @@ class Growing(RawIOBase):
     def readable(self) -> bool:
         return True
 
-    def readinto(self, buffer: memoryview) -> int:  # type: ignore[override]  # BufferedReader's
+    def readinto(self, buffer: WriteableBuffer, /) -> int:
         taken = self._parts[0].readinto(buffer)
         if not taken and len(self._parts) > 1:
             self._parts.pop(0)

@@ -113,7 +113,7 @@ class Trial:
         except SlowError:
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]} takes too long")
             return -1, ""
-        except Exception as error:  # noqa: BLE001  # any exception would be a traceback
+        except Exception as error:  # noqa: BLE001 - what ends in a traceback is a finding
             trace = "".join(traceback.format_exception(error)[-6:])
             self.outcome.wrong.append(f"{number} {kind}: {arguments[0]}: {trace}")
             return -1, ""

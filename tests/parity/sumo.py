@@ -14,11 +14,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from tests.as_child import as_child
 from tests.parity.cases import (
@@ -44,6 +46,8 @@ from tests.parity.cases import (
 )
 
 ROOT: Final = Path(__file__).parents[2]
+_MANOEUVRE: Final = TypeAdapter[Manoeuvre](Manoeuvre).validate_python
+_LIMITED: Final = TypeAdapter[Limited](Limited).validate_python
 _ACC: Final = 1
 _ROAD_M: Final = 20_000.0
 _FIRST_M: Final = 1_000.0
@@ -77,10 +81,11 @@ def motions(laws: Sequence[Law], manoeuvre: Manoeuvre, limited: Limited) -> list
         return [Motion(both[:, : SIZE - 1], both[:, SIZE - 1 :]) for both in np.load(out)]
 
 
-def main(out: str, manoeuvre: Manoeuvre, limited: Limited, *names: str) -> None:
+def main(out: str, manoeuvre: str, limited: str, *names: str) -> None:
     """Run laws, and save their motions: laws, steps, gaps and speeds."""
+    case = partial(Case, manoeuvre=_MANOEUVRE(manoeuvre), limited=_LIMITED(limited))
     laws = [law for name in names for law in LAWS if law.name == name]
-    np.save(out, [np.hstack(_motion(Case(law, manoeuvre, limited))) for law in laws])
+    np.save(out, [np.hstack(_motion(case(law))) for law in laws])
 
 
 def _motion(case: Case) -> Motion:
@@ -192,4 +197,4 @@ def _set(api: Any, vehicle: str, **parameters: object) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])  # type: ignore[arg-type] # from `motions`
+    main(*sys.argv[1:])

@@ -9,11 +9,8 @@ import pytest
 
 from tests.parity.cases import LAWS, THAT_COLLIDE, Limited
 from tests.parity.figures import compared, smallest_gaps
-from tests.parity.needs import needs_libsumo
 from tests.parity.printed import braking, commands, engines
 from tests.parity.tables import Compared, differences_from_page
-
-pytestmark = needs_libsumo
 
 EQUAL = [law.name for law in LAWS if law not in THAT_COLLIDE]
 

@@ -9,11 +9,8 @@ import pytest
 
 from tests.parity.cases import LAWS
 from tests.parity.figures import compared, ratios_of_speeds, swings_of_gaps
-from tests.parity.needs import needs_libsumo
 from tests.parity.printed import ratios, swings
 from tests.parity.tables import Compared, differences_from_page
-
-pytestmark = needs_libsumo
 
 EQUAL = [law.name for law in LAWS if law.name != "CACC, acted"]
 

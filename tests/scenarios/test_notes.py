@@ -16,8 +16,8 @@ from zenvoy.scenarios.reading.library import packaged
 OPEN = "duration_s: 60\nroad: {type: open}\nfleet: {size: 4}\n"
 
 
-def notes(*settings: str, **options: float) -> list[str]:
-    return [str(note) for note in load("s.yaml", settings, **options).notes]  # type: ignore[arg-type]
+def notes(*, duration_s: float | None = None) -> list[str]:
+    return [str(note) for note in load("s.yaml", duration_s=duration_s).notes]
 
 
 @pytest.mark.parametrize("name", packaged())
@@ -174,7 +174,8 @@ def test_each_kind_of_note(write: Write, text: str, note: str) -> None:
         "duration_s: 60\nevents: [{vehicle: 1, at_s: 59.9, duration_s: 9, deceleration_mps2: 9}]",
         "channel: {outages: [{from_m: 1400, to_m: 100}, {to_m: 0}, {from_m: 1499}]}",
         OPEN + "channel: {outages: [{from_m: 1912}, {to_m: 0}]}",
-        "channel: {rules: [{source: 7, destination: not 7, latency: {distribution: fixed, mean_ms: 60}}]}",  # noqa: E501
+        "channel: {rules: [{source: 7, destination: not 7, "
+        "latency: {distribution: fixed, mean_ms: 60}}]}",
         "control: {v2v_wait_ms: 0}",
         "clock: realtime\n",
         "clock: realtime\nchannel: {technology: lte-a-pro}\n",

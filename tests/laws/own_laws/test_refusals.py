@@ -117,7 +117,7 @@ def swallows(seen, p):
     while True:
         try:
             while True: pass
-        except Exception:  # the fault that the test is about: it swallows an interruption
+        except Exception:  # this law is the fault under test: it swallows interruptions
             pass
 
 
