@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import fcntl
 import os
-import resource
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -62,7 +61,6 @@ REFUSED: Final[dict[str, tuple[Callable[[], Any], str]]] = {
     "run: shared": (lambda: zenvoy.run("in/s.yaml", vehicles_per_process=0), "per_process: 0: is"),
     "run: folder": (lambda: zenvoy.run("in/s.yaml", out="in"), "out: in: is not empty"),
     "run: law": (lambda: zenvoy.run("in/law.yaml"), f"{ELSEWHERE} of zenvoy.scenario runs it"),
-    "run: memory": (lambda: zenvoy.run("in/s.yaml"), "less for the engine arrays"),
     "load": (lambda: zenvoy.load("in/s.yaml"), "in/s.yaml: "),
     "sweep: out": (lambda: sweep(swept(), out="in"), "out=in: holds no study, but"),
     "sweep: file": (lambda: sweep(swept(), out="in/s.yaml"), "out=in/s.yaml: is a file"),
@@ -129,11 +127,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("which", REFUSED)
-def test_no_error_names_an_option(here: Path, which: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_error_names_an_option(here: Path, which: str) -> None:
     call, expected = REFUSED[which]
-    if which == "run: memory":
-        monkeypatch.setattr("zenvoy.fleet.run.require_no_session", lambda: None)
-        monkeypatch.setattr(resource, "getrlimit", lambda _: (1 << 20, 1 << 20))
     lock = os.open(here / "held", os.O_RDONLY)
     fcntl.flock(lock, fcntl.LOCK_EX)
     try:

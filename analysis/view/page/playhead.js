@@ -38,7 +38,8 @@ export class Playhead {
     }
   }
 
-  // Notes whether the run is seen to go on, and whether it may go on yet.
+  // Stops following a run that has ended or stands still, and follows on when it goes on. `goesOn`:
+  // the run has not ended; `live`: its log grows, too.
   attend(live, goesOn) {
     if (live && this.resumes) this.following = this.playing = true;
     if (live) this.resumes = false;

@@ -35,6 +35,7 @@ export class Run {
 
   // What a process reports late, such as the end of another one, has an earlier time.
   #take(events) {
+    if (!events.length) return;
     this.events.push(...events);
     this.events.sort((a, b) => a.time - b.time);
   }

@@ -8,7 +8,7 @@ const failures = new Map(); // by path: when a request failed, and why
 // A request that got no good answer, or has to wait. `failure` says why.
 class Unanswered extends Error {}
 
-// Lets pass what `failure` tells anyway.
+// Ignores an error that `failure` tells anyway.
 export function report(error) {
   if (!(error instanceof Unanswered)) throw error;
 }
